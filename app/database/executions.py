@@ -209,14 +209,6 @@ class ExecutionRepository:
             to_text(instant),
         )
 
-    def schedules_with_unsent(self, c: sqlite3.Connection) -> list[int]:
-        """Ids of schedules with a start that no robot has yet."""
-        return [
-            row[0]
-            for row in c.execute(f"""SELECT DISTINCT schedule_id FROM executions INDEXED BY executions_open_of_schedule
-                                                WHERE {OPEN} AND state IN ('waiting', 'submitting') AND schedule_id IS NOT NULL""")
-        ]
-
     def drop_withdrawn(self, c: sqlite3.Connection, schedule_id: int, since: datetime) -> None:
         """Delete the unsent, withdrawn row of an instant that is planned again."""
         c.execute(

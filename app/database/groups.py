@@ -64,9 +64,8 @@ def target_of(c: sqlite3.Connection, schedule: Schedule) -> Robot | Group | None
 
 class PlaceRepository(Table[Place]):
     name, columns = "places", ("name", "most")
-    query = """SELECT places.*, coalesce(missions, '[]') AS missions FROM current_places AS places
-               LEFT JOIN (SELECT place_id, json_group_array(mission_id) AS missions FROM current_mission_places GROUP BY place_id)
-                    ON place_id = places.id"""
+    query = """SELECT *, (SELECT json_group_array(mission_id) FROM current_mission_places WHERE place_id = places.id) AS missions
+               FROM current_places AS places"""
 
     @staticmethod
     def read(row: sqlite3.Row) -> Place:

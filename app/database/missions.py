@@ -44,7 +44,9 @@ class MissionRepository(Table[Mission]):
 
     def for_robot(self, c: sqlite3.Connection, name: str, robot_id: int) -> Mission | None:
         """The mission with that name on that robot: its own if it has one, else the one for all."""
-        return self.by_name(c, name, robot_id) or self.by_name(c, name)
+        return self.select_one(
+            c, "WHERE name = ? AND coalesce(robot_id, 0) IN (0, ?) ORDER BY robot_id DESC LIMIT 1", name, robot_id
+        )
 
     def own_of_name(self, c: sqlite3.Connection, name: str) -> list[tuple[int, int]]:
         """The robots with a mission of that name of their own: the robot's id, and the mission's."""

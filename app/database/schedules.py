@@ -111,14 +111,21 @@ class ScheduleRepository(Table[Schedule]):
         }
         return [to_column(found[column]) for column in self.columns]
 
-    def names(self, c: sqlite3.Connection) -> set[str]:
-        return {row[0] for row in c.execute("SELECT name FROM current_schedules")}
-
     def for_robot(self, c: sqlite3.Connection, robot_id: int) -> list[Schedule]:
         return self.select(c, "WHERE robot_id = ? ORDER BY name", robot_id)
 
     def for_mission(self, c: sqlite3.Connection, mission_id: int) -> list[Schedule]:
         return self.select(c, "WHERE mission_id = ? ORDER BY name", mission_id)
+
+    def with_unsent(self, c: sqlite3.Connection, mission_id: int | None = None) -> list[Schedule]:
+        """Those of this mission, or all, with a start that no robot has yet."""
+        return self.select(
+            c,
+            """WHERE id IN (SELECT schedule_id FROM executions INDEXED BY executions_open_of_schedule
+                            WHERE state IN ('waiting', 'submitting', 'queued', 'executing') AND state IN ('waiting', 'submitting'))
+               AND mission_id = coalesce(?, mission_id)""",
+            mission_id,
+        )
 
     def replace_mission(self, c: sqlite3.Connection, old_id: int, new_id: int, robot_id: int) -> None:
         """Another mission in all schedules of a robot that have this one."""

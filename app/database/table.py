@@ -39,6 +39,9 @@ class Table(Generic[T]):
         found: int = c.execute(f"SELECT count(*) FROM current_{self.name}").fetchone()[0]
         return found
 
+    def names(self, c: sqlite3.Connection) -> set[str]:
+        return {row[0] for row in c.execute(f"SELECT name FROM current_{self.name}")}
+
     def get(self, c: sqlite3.Connection, id_: int) -> T | None:
         return self.select_one(c, f"WHERE {self.name}.id = ?", id_)
 

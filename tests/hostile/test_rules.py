@@ -10,10 +10,10 @@ import pytest
 from app.domain.models import WEEKDAYS, DayException, InvalidInput, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.catalogue.catalogue import Catalogue
-from app.services.catalogue.configuration import import_configuration
+from app.services.catalogue.configuration import import_configuration, preview
 from app.services.planning.recurrence import check_has_instants, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar
-from tests.hostile.test_import_on_the_scheduler import OFTEN, document, somebody_else
+from tests.hostile.test_import_on_the_scheduler import document
 from tests.support.edits import add_days, import_file
 from tests.support.steps import steps
 
@@ -182,15 +182,42 @@ def close_a_day(catalogue: Catalogue) -> None:
     catalogue.restore(catalogue.remove_days(day.id))
 
 
-def test_a_change_of_working_days_delays_no_one(container):
-    import_configuration(
-        container.catalogue, document([{"name": f"s{number}", "recurrence": "FREQ=DAILY"} for number in range(1000)])
-    )
+@pytest.fixture
+def held(container, monkeypatch) -> list[int]:
+    """For how many lines of planning each transaction holds the writer."""
+    lines, write = list[int](), container.db.write
+
+    def counted(work, *patient):
+        def transaction(c):
+            found = []
+            lines.append(steps(lambda: found.append(work(c))))
+            return found[0]
+
+        return write(transaction, *patient)
+
+    monkeypatch.setattr(container.db, "write", counted)
+    return lines
+
+
+def test_a_change_of_working_days_holds_the_writer_briefly(container, held):
+    schedules = [{"name": f"s{number}", "recurrence": "FREQ=DAILY"} for number in range(1000)]
+    import_configuration(container.catalogue, document(schedules))
+    held.clear()
     for change in (
         lambda catalogue: catalogue.change_settings(working_days=("MO", "TU")),
         lambda catalogue: catalogue.set_public_holidays("FI"),
         close_a_day,
     ):
-        with somebody_else(container) as wrote:
-            change(container.catalogue)
-        assert len(wrote) >= OFTEN
+        change(container.catalogue)
+    assert 0 < max(held) < 1000 * 1000
+
+
+@pytest.mark.parametrize("timezone", [{}, {"timezone": "Europe/Helsinki"}])
+def test_where_counts_end_is_found_before_the_transaction_of_an_import(container, held, timezone):
+    between = {"from": "03:00", "to": "04:00"}
+    rule = {"recurrence": "FREQ=MINUTELY;INTERVAL=1439;COUNT=3900", "between": between, **timezone}
+    starts = [f"2026-11-25T06:{minute}" for minute in range(10, 20)]
+    content = document([{"name": f"s{start}", "start": start, **rule} for start in starts])
+    preview(container.catalogue, content)
+    import_configuration(container.catalogue, content)
+    assert 0 < max(held) < len(starts) * FEW

@@ -26,4 +26,4 @@ def switch_robot(catalogue: Catalogue, robot_id: int, on: bool) -> Robot:
 
 def add_days(catalogue: Catalogue, exceptions: Sequence[DayException]) -> list[DayException]:
     """All or none, as of an imported calendar."""
-    return catalogue.edit_rehearsed(lambda edit: settings_edit.save_days(edit, exceptions))
+    return catalogue.edit(lambda edit: settings_edit.save_days(edit, exceptions))

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import closing
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from app.database.connection import Database
 from app.database.executions import ExecutionRepository
@@ -18,23 +17,11 @@ from app.database.fleets import FleetRepository
 from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
-from app.database.rehearsal import Rehearsal
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import STEPS_LEFT_OUT, CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import (
-    DayException,
-    Fleet,
-    Group,
-    IdleRule,
-    InvalidInput,
-    Mission,
-    Place,
-    Robot,
-    Schedule,
-    Settings,
-)
+from app.domain.models import DayException, Fleet, Group, IdleRule, Mission, Place, Robot, Schedule, Settings
 from app.domain.robot import MissionParameter
 from app.services.catalogue import (
     checks,
@@ -54,15 +41,15 @@ from app.services.live.changes import Changes, Topic
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
 
-REHEARSALS = 5  # of many changes, until they can be repeated
-DAYS_OFF = frozenset(
-    {"working_days", "holiday_country", "holiday_subdivision"}
-)  # settings that change when schedules start
 MOST_NOTES = 20  # lines of the log for one change: an import makes thousands
 T = TypeVar("T")
 log = logging.getLogger(__name__)
 
 __all__ = ["Catalogue", "Edit", "Removed"]
+
+
+class _TriedOut(Exception):
+    """Ends a transaction that must change nothing."""
 
 
 class Catalogue:
@@ -119,11 +106,14 @@ class Catalogue:
         """Closed days and extra working days."""
         return self._calendar.all(self._db.read())
 
+    def settings(self) -> Settings:
+        return SettingsRepository().load(self._db.read())
+
     def runs_beyond(self, limit: int) -> int:
         """How many runs would be deleted if the history had this limit; 0 when it is not lower than the present one."""
-        c = self._db.read()
-        present = SettingsRepository().load(c).history_limit
-        return sum(ExecutionRepository().surplus(c, limit)) if present is None or limit < present else 0
+        present = self.settings().history_limit
+        surplus = ExecutionRepository().surplus(self._db.read(), limit)
+        return sum(surplus) if present is None or limit < present else 0
 
     # ------------------------------------------------------------------ changing
     def edit(self, work: Callable[[Edit], T]) -> T:
@@ -144,32 +134,24 @@ class Catalogue:
         it is then."""
         if isinstance(before, Schedule) and isinstance(after, Schedule):
             self._check_parameters(after, before)
-        write = self.edit_rehearsed if isinstance(before, DayException) else self.edit
-        return write(lambda edit: undo.change(edit, before, after, **how))
+        return self.edit(lambda edit: undo.change(edit, before, after, **how))
 
     def change_back(self, before: T, changed: T) -> T:
         """Undo that ``before`` became ``changed``, and nothing else. Raises InvalidInput if one of these fields was
         changed again since, or it was deleted."""
-        write = self.edit_rehearsed if isinstance(before, DayException) else self.edit
-        return write(lambda edit: undo.change(edit, changed, before, must_be_unchanged=True))
+        return self.edit(lambda edit: undo.change(edit, changed, before, must_be_unchanged=True))
 
-    def edit_rehearsed(self, work: Callable[[Edit], T]) -> T:
-        """The same for thousands of changes, without delaying other writers: made on a copy, where errors are found,
-        and repeated in a transaction that takes only the time of its SQL. Raises InvalidInput if the plan has changed
-        during several rehearsals."""
-        for _ in range(REHEARSALS):
-            with closing(Rehearsal(self._db.read())) as rehearsal:
-                edit = Edit(rehearsal.copy, self._clock.now())
-                result = work(edit)
-            if self._db.write(rehearsal.repeat):
-                self._publish(edit)
-                return result
-        raise InvalidInput("file", "the plan keeps changing: try again")
-
-    def rehearse(self, work: Callable[[Edit], T]) -> T:
+    def try_out(self, work: Callable[[Edit], T]) -> T:
         """What ``work`` would return: nothing is changed."""
-        with closing(Rehearsal(self._db.read())) as rehearsal:
-            return work(Edit(rehearsal.copy, self._clock.now()))
+
+        def tried_out(edit: Edit) -> NoReturn:
+            raise _TriedOut(work(edit))
+
+        try:
+            return self.edit(tried_out)
+        except _TriedOut as end:
+            result: T = end.args[0]
+            return result
 
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:
@@ -182,8 +164,7 @@ class Catalogue:
 
     def change_settings(self, **changes: Any) -> Settings:
         """Settings by name, as in ``Settings``; returns all of them."""
-        change = self.edit_rehearsed if DAYS_OFF & changes.keys() else self.edit
-        return change(lambda edit: settings_edit.change(edit, **changes))
+        return self.edit(lambda edit: settings_edit.change(edit, **changes))
 
     def guess_zone_again(self, zone: str) -> None:
         """Undo a person's choice of the time zone (``zone`` was the guess): an alarm asks for it again. Raises
@@ -207,11 +188,11 @@ class Catalogue:
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:
         """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""
-        return self.edit_rehearsed(lambda edit: settings_edit.save_days(edit, [exception]))[0]
+        return self.edit(lambda edit: settings_edit.save_days(edit, [exception]))[0]
 
     def remove_days(self, *ids: int) -> Removed:
         """``restore`` puts them back."""
-        return self.edit_rehearsed(lambda edit: settings_edit.remove_days(edit, ids))
+        return self.edit(lambda edit: settings_edit.remove_days(edit, ids))
 
     def set_public_holidays(self, country: str, subdivision: str = "") -> Settings:
         """Close on the public holidays of a country (ISO 3166 code) and of a region of it; empty: none."""
@@ -333,8 +314,7 @@ class Catalogue:
 
     def restore(self, removed: Removed) -> None:
         """Undo a deletion; raises InvalidInput when one of its names, or the robot's address, is taken now."""
-        change = self.edit_rehearsed if removed.days else self.edit
-        change(lambda edit: undo.restore(edit, removed))
+        self.edit(lambda edit: undo.restore(edit, removed))
 
     def wait_again(self, execution_id: int) -> None:
         """Undo a person's cancellation of a start that was never sent; raises InvalidInput if it is too late."""

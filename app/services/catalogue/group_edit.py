@@ -69,13 +69,14 @@ def _check_name(edit: Edit, group: Group, stored: Group | None) -> None:
     """No other group or robot has that name; a new name differs from theirs by more than capital letters."""
     is_new = stored is None or stored.name != group.name
 
-    def alike(name: str) -> bool:
-        return name == group.name or (is_new and name.casefold() == group.name.casefold())
+    def alike(names: set[str]) -> str | None:
+        known = (name for name in names if name == group.name or (is_new and name.casefold() == group.name.casefold()))
+        return next(known, None)
 
-    if other := next((other for other in edit.groups.all(edit.c) if other.id != group.id and alike(other.name)), None):
-        raise InvalidInput("name", "there is a group {name} already", name=other.name)
-    if robot := next((robot for robot in edit.robots.all(edit.c) if alike(robot.name)), None):
-        raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
+    if other := alike(edit.groups.names(edit.c) - {"" if stored is None else stored.name}):
+        raise InvalidInput("name", "there is a group {name} already", name=other)
+    if robot := alike(edit.robots.names(edit.c)):
+        raise InvalidInput("name", "there is a robot {name} already", name=robot)
 
 
 def remove(edit: Edit, group_id: int) -> Removed:

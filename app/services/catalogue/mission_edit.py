@@ -40,7 +40,7 @@ def save(edit: Edit, mission: Mission) -> Mission:
         if mission.robot_id is None and mission.name != stored.name:
             named = [row for row in edit.executions.open_all(edit.c) if row.group_id and row.mission == stored.name]
             edit.apply(transitions.redefine(row, mission=mission.name) for row in named)
-        schedule_edit.update_waiting(edit, edit.schedules.for_mission(edit.c, mission.id))
+        schedule_edit.update_waiting(edit, mission.id)
         if stored.guid != mission.guid:
             robot_edit.withdraw_idle_of(edit, mission.id)
     use_own(edit, mission.name)
@@ -63,7 +63,7 @@ def check_used_only_there(edit: Edit, mission: Mission) -> None:
 
 def _replace(edit: Edit, old_id: int, new_id: int, robot_id: int) -> None:
     edit.schedules.replace_mission(edit.c, old_id, new_id, robot_id)
-    schedule_edit.update_waiting(edit, edit.schedules.for_mission(edit.c, new_id))
+    schedule_edit.update_waiting(edit, new_id)
     robot = edit.the_robot(robot_id)
     if robot.idle and robot.idle.mission_id == old_id:
         edit.robots.update(edit.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))

@@ -5,7 +5,6 @@ Every function raises InvalidInput before it has written anything.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from datetime import datetime, timedelta
 
@@ -22,14 +21,8 @@ from app.services.live.changes import Topic
 from app.services.planning.planned import first_due
 from app.services.planning.recurrence import next_occurrence, passed_occurrences
 
-NOT_THE_RULE = {
-    "id": 0,
-    "changed_at": None,
-    "next_at": None,
-    "paused_until": None,
-    "planned_through": None,
-    "started_through": None,
-}  # of a schedule
+NOTED = ("next_at", "paused_until", "planned_through", "started_through")  # by the app itself on a schedule
+NOT_THE_RULE = {"id", "changed_at", *NOTED}
 _FAR = timedelta(days=366)  # a rule that has ended is not searched further back
 
 
@@ -46,10 +39,10 @@ def save(edit: Edit, schedule: Schedule) -> Schedule:
     target = edit.target_of(schedule)
     mission = edit.mission_for(target, schedule.mission_id)
     schedule = replace(schedule, mission_id=mission.id, name=_name(edit, schedule, stored, target, mission))
-    if stored is not None and definition(schedule) == definition(stored):
+    if stored is not None and _rule(schedule) == _rule(stored):
         return stored
     schedule = validation.schedule(schedule)
-    if stored is not None and definition(schedule) == definition(stored):
+    if stored is not None and _rule(schedule) == _rule(stored):
         return stored
     validation.one_time_on_working_day(schedule, edit.calendar)
     schedule = replace(schedule, changed_at=edit.now)
@@ -177,8 +170,7 @@ def _move_skipped_row(edit: Edit, schedule: Schedule, old: datetime, new: dateti
 def _replan(edit: Edit, stored: Schedule, schedule: Schedule) -> Schedule:
     """Compute its next instant and withdraw waiting starts of instants that it no longer has; neither if only the
     way it runs was changed."""
-    noted = {name: getattr(stored, name) for name in NOT_THE_RULE if name not in ("id", "changed_at")}
-    schedule = replace(schedule, **noted)
+    schedule = replace(schedule, **{name: getattr(stored, name) for name in NOTED})
     if _when(schedule) == _when(stored):
         return schedule
     kept = [row for row in edit.unsent_of([schedule]) if has_start(row, schedule, edit.settings, edit.calendar)]
@@ -218,15 +210,15 @@ def _choose_again(edit: Edit, schedule: Schedule) -> None:
             edit.apply([transitions.redefine(row, priority=schedule.priority), transitions.unassign(row)])
 
 
-def update_waiting(edit: Edit, schedules: Iterable[Schedule]) -> None:
-    """Update waiting starts of these schedules, whose mission or settings were changed."""
-    for schedule in schedules:
+def update_waiting(edit: Edit, mission_id: int | None = None) -> None:
+    """Update the waiting starts of a mission that was changed, or all because settings were."""
+    for schedule in edit.schedules.with_unsent(edit.c, mission_id):
         change_waiting(edit, schedule, edit.the_mission(schedule.mission_id))
 
 
-def definition(schedule: Schedule) -> Schedule:
+def _rule(schedule: Schedule) -> dict[str, object]:
     """The schedule without what the app itself notes on it."""
-    return replace(schedule, **NOT_THE_RULE)  # type: ignore[arg-type]
+    return {name: value for name, value in vars(schedule).items() if name not in NOT_THE_RULE}
 
 
 def _name(edit: Edit, schedule: Schedule, stored: Schedule | None, target: Robot | Group, mission: Mission) -> str:

@@ -40,10 +40,7 @@ def change(edit: Edit, **changes: Any) -> Settings:
     if _days_off(edit.settings) != _days_off(before):
         _replan_schedules(edit)
     if _of_starts(edit.settings) != _of_starts(before):
-        found = (
-            edit.schedules.get(edit.c, schedule_id) for schedule_id in edit.executions.schedules_with_unsent(edit.c)
-        )
-        schedule_edit.update_waiting(edit, filter(None, found))  # of a deleted one something may be in doubt
+        schedule_edit.update_waiting(edit)
     return edit.settings
 
 

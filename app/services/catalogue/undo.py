@@ -115,7 +115,7 @@ def change(edit: Edit, before: T, after: T, *, must_be_unchanged: bool = False, 
     stored = read(edit, vars(before)["id"])
     differing = {name for name, value in vars(after).items() if value != getattr(before, name)}
     differing = differing.union(*(each for each in _TOGETHER.get(type(before), ()) if differing & set(each)))
-    differing -= schedule_edit.NOT_THE_RULE.keys()
+    differing -= schedule_edit.NOT_THE_RULE
     if must_be_unchanged and any(getattr(stored, name) != getattr(before, name) for name in differing):
         raise changed_again(stored.name)
     values = {name: getattr(after, name) for name in differing}

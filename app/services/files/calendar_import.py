@@ -67,7 +67,7 @@ class CalendarFiles(DataFiles):
             there = set(map(_identity, edit.days.all(edit.c)))
             return settings_edit.save_days(edit, [day for day in days if _identity(day) not in there])
 
-        return self._catalogue.edit_rehearsed(add)
+        return self._catalogue.edit(add)
 
 
 def _nothing_in(found: Found, path: Path) -> InvalidInput:

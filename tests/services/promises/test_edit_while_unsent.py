@@ -7,14 +7,12 @@ from datetime import UTC, timedelta
 
 import pytest
 
-from app.database.rehearsal import Rehearsal
 from app.domain.models import Connection, HandOver, Overlap, Place
 from app.services.catalogue import group_edit
 from app.services.dispatch import allocator
 from app.services.executions import transitions
 from app.services.executions.transitions import Event
 from tests.services.story import *
-from tests.support.edits import import_file
 from tests.support.examples import at_night
 from tests.support.moments import once
 
@@ -347,23 +345,3 @@ def test_of_what_nothing_wants_no_intent_is_written(tmp_path, on):
         assert ledger.get(s.row().id).state is WAITING
     play(s, battery(90), 120, runs(0))
     s.switch_off()
-
-
-@pytest.mark.parametrize("what", ["priority", "tried"])
-def test_what_happens_to_a_start_while_an_import_is_rehearsed_stays(group, monkeypatch, what):
-    play(group, set_up(start_window_minutes=60))
-    if what == "priority":
-        play(group, plan(battery=30), battery(12), 330)
-    else:
-        play(group, robot_off("R2", "R3"), plan(), post(LOST), 391, states(SUBMITTING))
-
-    def act(_closed):
-        if what == "priority":
-            group.container.operator.prioritise(group.row().id, 50)
-        else:
-            group.run_until(lambda: bool(group.row().tried), within=100)
-        return True
-
-    just_after(monkeypatch, Rehearsal, "close", act)
-    import_file(group.container.catalogue, settings={"start_window_minutes": 45})
-    assert group.row().priority == 50 if what == "priority" else group.row().tried

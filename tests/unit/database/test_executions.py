@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from app.database import executions
 from app.database.executions import PRUNED_AT_ONCE, ExecutionFilter, ExecutionRepository, PageKey
+from app.database.schedules import ScheduleRepository
 from app.domain.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
 from tests.support.examples import examples
 from tests.unit.database.conftest import NOON
 
-EXECUTIONS = ExecutionRepository()
+EXECUTIONS, SCHEDULES = ExecutionRepository(), ScheduleRepository()
 
 
 def add(db, execution):
@@ -343,7 +344,8 @@ SMALL = ("executions_open", "executions_open_of_schedule")  # indexes that hold 
         lambda c: EXECUTIONS.open_of_schedule(c, 1, [State.WAITING]),
         lambda c: EXECUTIONS.last_of_schedule(c, 1),
         lambda c: EXECUTIONS.waiting_of_group(c, 1),
-        EXECUTIONS.schedules_with_unsent,
+        SCHEDULES.with_unsent,
+        lambda c: SCHEDULES.with_unsent(c, 1),
         lambda c: EXECUTIONS.late(c, NOON, NOON),
         lambda c: EXECUTIONS.drop_withdrawn(c, 1, NOON),
         lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
@@ -351,7 +353,7 @@ SMALL = ("executions_open", "executions_open_of_schedule")  # indexes that hold 
         lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9),
         lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
     ],
-    ids=range(18),
+    ids=range(19),
 )
 def test_no_question_of_daily_work_reads_the_whole_history(db, row, ask):
     add(db, ended(row))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -28,8 +29,10 @@ from app.services.catalogue.configuration.machines import Machines
 from app.services.catalogue.fields import Item, placed
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
+from app.services.planning import public_holidays
+from app.services.planning.recurrence import check_has_instants
 
-# Written in some 200 ms, in which no one else can write.
+# So many are written within a second, in which no one else can write.
 MOST_FLEETS, MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 20, 500, 100, 100, 2000, 2000
 
 
@@ -54,7 +57,8 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
     if not may_delete and (deletes := _deletes(catalogue, document)):
         raise deletes
     asked = AskedRobots(catalogue)
-    lines = _run(document, asked, catalogue.edit_rehearsed)
+    _look_up(catalogue, document)
+    lines = _run(document, asked, catalogue.edit)
     asked.keep()
     return lines
 
@@ -62,13 +66,33 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
 def preview(catalogue: Catalogue, content: bytes) -> tuple[list[Message], DeletesRuns | None]:
     """What ``import_configuration`` would return, and which runs it would delete; nothing is changed. Raises InvalidInput."""
     document = read(content)
-    return _run(document, AskedRobots(catalogue), catalogue.rehearse), _deletes(catalogue, document)
+    _look_up(catalogue, document)
+    return _run(document, AskedRobots(catalogue), catalogue.try_out), _deletes(catalogue, document)
 
 
 def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
     limit: int | None = document.settings.values.get("history_limit")
     count = 0 if limit is None else catalogue.runs_beyond(limit)
     return DeletesRuns(limit, count) if limit is not None and count else None
+
+
+def _look_up(catalogue: Catalogue, document: Document) -> None:
+    """What may take seconds is known before the transaction, in which others have to wait: where a COUNT ends, and
+    holidays, which are in a large library."""
+    if country := document.calendar.changes.get("holiday_country"):
+        public_holidays.subdivisions(country)
+    stored = {schedule.name: schedule for schedule in catalogue.schedules()}
+    zone = document.settings.changes.get("timezone", catalogue.settings().timezone)
+    for item in document.schedules:
+        times = {
+            name: value
+            for name, value in item.changes.items()
+            if name in ("start", "timezone", "recurrence", "between")
+        }
+        if "start" in times:
+            schedule = stored.get(item.values.get("name") or "", Schedule("", None, 0, times["start"], zone))
+            with suppress(InvalidInput):
+                check_has_instants(replace(schedule, **times))
 
 
 def _run(
