@@ -297,8 +297,13 @@ def active_orders(call: Call) -> Reply:
 
 
 def shown_order(fleet: EnterpriseFleet, serial: SerialOrder, phase: Phase) -> Row:
+    """A phase, which stays as it is once the order has ended: clients read long lists of those often."""
+    if phase.at_end is not None:
+        return phase.at_end
     mission = fleet.site.table("/missions").get(phase.mission_id)
-    return order_shown(serial, phase, fleet.now, mission["name"] if mission else "", fleet.text_of)
+    shown = order_shown(serial, phase, fleet.now, mission["name"] if mission else "", fleet.text_of)
+    phase.at_end = shown if serial.ended is not None else None
+    return shown
 
 
 def get_order(call: Call) -> Reply:

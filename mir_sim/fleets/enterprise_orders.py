@@ -59,6 +59,7 @@ class Phase:
         order: in the fleet's book; None until the phase before has ended.
         fallback: the order for the fallback mission, once this phase was aborted.
         event: the last state that events have said, and since when it is so.
+        at_end: as GET /order/{id} shows it once the whole order has ended.
     """
 
     mission_id: str | None
@@ -68,6 +69,7 @@ class Phase:
     order: Order | None = None
     fallback: Order | None = None
     event: tuple[str, float] = ("Created", 0.0)
+    at_end: Row | None = None
 
     def shown(self) -> Row:
         """As it was posted."""
