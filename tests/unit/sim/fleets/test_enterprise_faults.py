@@ -32,6 +32,15 @@ def test_after_no_answer_the_order_is_there_or_not(client: EnterpriseAsker, kind
     assert client.post().status == (409 if status == 200 else 201)
 
 
+def test_an_order_that_something_on_the_way_repeats_runs_once(client: EnterpriseAsker) -> None:
+    fault(client, "twice")
+    response = client.exchange_order().response
+    assert response is not None
+    assert (response.status, client.run_to_end()) == (409, "Finished")
+    client.pass_time(60)
+    assert sum(len(vehicle.robot.queue) for vehicle in client.fleet.vehicles) == 1
+
+
 def test_a_late_order_is_taken_when_it_arrives(client: EnterpriseAsker) -> None:
     fault(client, "late", 60)
     late = client.exchange_order()
