@@ -238,6 +238,15 @@ class Robot:
         )
 
     @property
+    def is_any(self) -> bool:
+        """Whether its fleet chooses the robot."""
+        return self.vehicle == ANY_VEHICLE
+
+    def battery(self, status: RobotStatus) -> float | None:
+        """In %, as starts are judged by; a fleet that chooses the robot looks after the batteries itself."""
+        return 100.0 if self.is_any else status.battery_percentage
+
+    @property
     def needs_check_up(self) -> bool:
         """Whether nothing is sent to it by itself: what its fleet does with orders is not known."""
         return self.fleet is not None and self.fleet.known is None

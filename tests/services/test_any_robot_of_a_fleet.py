@@ -6,11 +6,12 @@ from __future__ import annotations
 import csv
 import io
 from dataclasses import replace
+from datetime import timedelta
 
 import pytest
 
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, Robot, State
+from app.domain.models import ANY_VEHICLE, Fleet, Group, Robot, Schedule, State
 from app.mir.client import RobotClient
 from app.services.files.history_export import write_history
 from tests.support.site import PASSWORD, USER, Site
@@ -35,8 +36,12 @@ def site(tmp_path, monkeypatch):
     site.switch_off()
 
 
+def add(site, vehicle):
+    return site.container.catalogue.save_robot(Robot("Any of Hall", "", fleet=site.fleet, vehicle=vehicle))
+
+
 def run_one(site, vehicle):
-    robot = site.container.catalogue.save_robot(Robot("Any of Hall", "", fleet=site.fleet, vehicle=vehicle))
+    robot = add(site, vehicle)
     site.run(10)
     site.container.operator.run_now(robot.id, 1)
     site.run_until(lambda: [row.state for row in site.executions()] == [State.COMPLETED])
@@ -55,3 +60,17 @@ def test_the_robot_that_has_it_is_written_once(site):
 def test_a_robot_that_was_named_needs_no_other_name(site):
     row = run_one(site, "7")
     assert (row.taken_by, row.ran_on) == ("", "Any of Hall")
+
+
+@pytest.mark.parametrize("vehicle", [ANY_VEHICLE, "7"])
+@pytest.mark.parametrize("of_group", [False, True])
+def test_the_fleet_looks_after_the_batteries_of_those_it_chooses(site, vehicle, of_group):
+    robot, save = add(site, vehicle), site.container.catalogue
+    site.machines["R1"].set_battery(20.0)
+    target = {"group_id": save.save_group(Group("G", (robot.id,))).id} if of_group else {"robot_id": robot.id}
+    start = (site.clock.now() + timedelta(minutes=1)).replace(tzinfo=None, second=0, microsecond=0)
+    plan = Schedule("S", None, 1, start, "UTC", minimum_battery_percent=50.0, respect_working_days=False)
+    save.save_schedule(replace(plan, **target))
+    site.run(180)
+    (row,) = site.executions()
+    assert (row.state is not State.WAITING) is (vehicle == ANY_VEHICLE)

@@ -9,7 +9,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
 from app.domain.models import (
-    ANY_VEHICLE,
     Execution,
     Group,
     InvalidInput,
@@ -56,7 +55,7 @@ def check_members(robots: Iterable[Robot]) -> None:
     vehicles: dict[int, set[bool]] = {}
     for robot in robots:
         if robot.fleet is not None:
-            vehicles.setdefault(robot.fleet.id, set()).add(robot.vehicle == ANY_VEHICLE)
+            vehicles.setdefault(robot.fleet.id, set()).add(robot.is_any)
             if len(vehicles[robot.fleet.id]) > 1:
                 raise InvalidInput(
                     "members",

@@ -43,7 +43,7 @@ def save(
         enabled = token is not None and (robot.enabled or was_waiting)
         robot = replace(robot, token=token, needs_password=token is None, enabled=enabled)
     if robot.idle is not None:
-        robot = replace(robot, idle=_checked_idle(edit, robot.id, robot.idle))
+        robot = replace(robot, idle=_checked_idle(edit, robot, robot.idle))
     return _put(edit, robot, stored)
 
 
@@ -146,11 +146,13 @@ def _note_idle(edit: Edit, robot: Robot, before: IdleRule | None) -> None:
 def set_idle_rule(edit: Edit, robot_id: int, rule: IdleRule | None) -> Robot:
     """None: no idle automation."""
     stored = edit.the_robot(robot_id)
-    return _put(edit, replace(stored, idle=rule and _checked_idle(edit, robot_id, rule)), stored)
+    return _put(edit, replace(stored, idle=rule and _checked_idle(edit, stored, rule)), stored)
 
 
-def _checked_idle(edit: Edit, robot_id: int, rule: IdleRule) -> IdleRule:
-    mission = edit.mission_on(robot_id, rule.mission_id)
+def _checked_idle(edit: Edit, robot: Robot, rule: IdleRule) -> IdleRule:
+    if robot.is_any:
+        raise InvalidInput("idle", "a fleet is never idle: choose an idle mission for one of its robots")
+    mission = edit.mission_on(robot.id, rule.mission_id)
     return fields.checked(replace(rule, mission_id=mission.id), fields.IDLE)
 
 

@@ -162,7 +162,7 @@ class GroupState:
             robot.name,
             is_free=seems_free and worker.seen.fresh_status is not None,
             free_s=0.0 if seems_free else self._free_s(robot, at_work(rows, status)),
-            battery=None if status is None else status.battery_percentage,
+            battery=None if status is None else robot.battery(status),
             hours=self._hours.get(robot.id, 0.0),
             failures=self._failures.get(robot.id, 0),
             ineligible=ineligible,

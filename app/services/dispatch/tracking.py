@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from app.domain.message import message
-from app.domain.models import ANY_VEHICLE, Execution, Reason, ReasonCode, State
+from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
 from app.mir.robot_vocabulary import as_stored
@@ -134,7 +134,7 @@ class Tracking:
     def _transitions(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Transition]:
         """With the robot that a fleet has chosen, written once."""
         found = self._states(row, item, open_ids)
-        if self._seen.robot.vehicle != ANY_VEHICLE or row.taken_by or not item.vehicle_name:
+        if not self._seen.robot.is_any or row.taken_by or not item.vehicle_name:
             return found
         return [replace(each, columns={**each.columns, "taken_by": item.vehicle_name}) for each in found]
 

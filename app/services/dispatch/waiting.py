@@ -95,7 +95,7 @@ class Waiting:
         if seen.robot.needs_check_up and seen.robot.fleet and row.trigger is not Trigger.MANUAL:
             problem = message("the fleet {fleet} was not checked up", fleet=seen.robot.fleet.name)
             return WaitsFor(Wait.CHECK_UP, {"fleet": seen.robot.fleet.name, "problem": problem})
-        battery, minimum = status.battery_percentage, row.minimum_battery_percent
+        battery, minimum = seen.robot.battery(status), row.minimum_battery_percent
         is_charged = rules.battery_allows(battery, minimum)
         return None if is_charged else WaitsFor(Wait.BATTERY, {"battery": battery, "minimum": minimum})
 

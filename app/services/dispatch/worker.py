@@ -122,7 +122,7 @@ class RobotWorker:
             return None
         if self.robot.hand_over is HandOver.WHEN_FREE:  # seen at the instant
             return None
-        return messages.Readiness(status.battery_percentage, floor, self._s.restored_starts.uncertain_until)
+        return messages.Readiness(self.robot.battery(status), floor, self._s.restored_starts.uncertain_until)
 
     # ------------------------------------------------------------------ the steps
     def advance(self) -> float:

@@ -167,3 +167,9 @@ def test_changes_of_a_fleet_are_in_the_log(world, fleet, caplog):
         world.catalogue.save_fleet(replace(fleet, name="Halls", enabled=False), password="new")
     assert "fleet 'Hall' changed: name 'Hall' → 'Halls', enabled yes → no, another password" in caplog.text
     assert fleet.token not in caplog.text
+
+
+def test_any_robot_of_a_fleet_has_no_idle_mission(world, fleet):
+    any_robot = world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
+    with refuses("idle", "never idle"):
+        world.catalogue.save_idle_rule(any_robot.id, world.mission.id)
