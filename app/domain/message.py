@@ -1,7 +1,8 @@
 """A sentence as its text and parameters: stored and passed on without a language, rendered in any.
 
 ``message("{address} doesn't answer", address="10.1.1.1")`` is ``{"msgid": "{address} doesn't answer", "params": {"address": "10.1.1.1"}}``,
-plain JSON. A text from outside – a robot's, a row of an older version – is a ``str`` and stays as it is. A param may be a message, too.
+plain JSON. A text from outside – a robot's, a row of an older version – is a ``str`` and stays as it is. A param may be a message, too;
+and, in a sentence that isn't stored, a function of ``translate`` that writes it.
 """
 
 from __future__ import annotations
@@ -113,6 +114,8 @@ class Decimal(float):
 def _in_words(value: object, translate: Callable[[str], str]) -> object:
     if is_message(value):
         return render(value, translate)
+    if callable(value):
+        return value(translate)
     if isinstance(value, int):
         return value
     return Decimal(value, translate) if isinstance(value, float) else str(value)[:LONGEST]
@@ -123,6 +126,7 @@ def _plain(value: object) -> object:
         return message_of(value)
     if (
         is_message(value)
+        or callable(value)
         or value is None
         or isinstance(value, str | int)
         or (isinstance(value, float) and math.isfinite(value))

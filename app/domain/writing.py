@@ -22,6 +22,11 @@ def time_of_day(at: datetime | time, translate: Translate) -> str:
     return translate("{hour:02}:{minute:02}").format(hour=at.hour, minute=at.minute)
 
 
+def times(first: time, last: time, translate: Translate) -> str:
+    """06:30–10:05"""
+    return f"{time_of_day(first, translate)}–{time_of_day(last, translate)}"
+
+
 def day(at: date, translate: Translate) -> str:
     """2026-11-23"""
     return translate("{year:04}-{month:02}-{day:02}").format(year=at.year, month=at.month, day=at.day)

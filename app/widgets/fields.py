@@ -21,6 +21,7 @@ from kivy.uix.floatlayout import FloatLayout
 from kivy.uix.textinput import TextInput
 from kivymd.uix.textfield import MDTextField
 
+from app.domain import writing
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.scrolling import page_around, turn_to
@@ -276,6 +277,10 @@ class Field(BoxLayout):
     def _show_value(self):
         self.text = "" if self.value is None else str(int(self.value))
         self._validate()
+
+    def grouped(self, text: str, gettext) -> str:
+        """The number that ``text`` says, to be read; another text as it is."""
+        return writing.count(whole_number(text), gettext) if WHOLE.fullmatch(text.strip()) else text
 
     def nudge(self, direction: int):
         """One step up (1) or down (-1), within the range; from an empty field to the minimum or maximum."""

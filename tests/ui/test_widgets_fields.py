@@ -194,6 +194,12 @@ def step_field(ui, **kwargs) -> Field:
     return ui.show(Field(kind="step", **kwargs), (360, 140))
 
 
+def test_a_large_number_is_read_in_groups_and_typed_without(ui):
+    field = step_field(ui, value=100_000, maximum=1_000_000, unit="runs")
+    assert "100,000 runs" in ui.texts()
+    assert field.text == "100000"
+
+
 @pytest.mark.parametrize("value", [7, 8])
 def test_a_typed_number_is_shown_as_it_was_read(ui, value):
     field = step_field(ui, value=value)

@@ -360,8 +360,8 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
 def past_count(shown: int, total: int) -> str:
     """How many of the past ones are in sight."""
     if shown < total:
-        return _("The newest {n} of {total}").format(n=shown, total=total)
-    return ngettext("{n} past alarm", "{n} past alarms", total).format(n=total)
+        return _("The newest {n} of {total}").format(n=formats.count(shown), total=formats.count(total))
+    return ngettext("{n} past alarm", "{n} past alarms", total).format(n=formats.count(total))
 
 
 def bell(new: int, still_open: int, shelved: int) -> tuple[str, str]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from datetime import date, datetime, time, tzinfo
 from functools import lru_cache
 
+from app.domain import writing
 from app.domain.reasons import known_zone
 from app.i18n import SOURCE_LANGUAGE, _, translator
 from app.services.planning import sentences
@@ -241,8 +242,14 @@ def number(value: float | None, digits: int = 0, unit: str = "") -> str:
     """46, 98.1 % or 98,1 %"""
     if value is None:
         return NOTHING
-    text = f"{value:.{digits}f}".replace(".", current().decimal)
+    whole, point, part = f"{value:,.{digits}f}".partition(".")
+    text = whole.replace(",", _(",")) + (current().decimal if point else "") + part
     return f"{text} {unit}" if unit else text
+
+
+def count(value: int) -> str:
+    """2,016 or 2 016"""
+    return writing.count(value, _)
 
 
 def plain(value: float) -> str:

@@ -8,7 +8,6 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.executions import Replacement
-from app.domain import writing
 from app.domain.models import DurationEstimate, Execution, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
@@ -129,7 +128,7 @@ def skipped_at(execution: Execution) -> datetime | None:
 
 def _planned_note(execution: Execution, replacement: Replacement | None) -> str:
     """Whether it is the last of several, what started it, its group, and which start it replaces."""
-    last = _("the last of {n}").format(n=writing.count(execution.starts, _)) if execution.starts > 1 else ""
+    last = _("the last of {n}").format(n=formats.count(execution.starts)) if execution.starts > 1 else ""
     started_by = execution.own_name or execution_appearance.trigger_word(execution.trigger)
     instead = (
         _("instead of the start on {robot}").format(robot=replacement.robot)

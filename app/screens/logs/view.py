@@ -117,7 +117,13 @@ def counts(numbers: Mapping[State, int], filters: Filters) -> list[Option]:
         ngettext("{n} not run", "{n} not run", found[2]),
     )
     return [
-        Option(str(outcome), text.format(n=number), icon, selected=filters.outcomes == (str(outcome),), tone=tone)
+        Option(
+            str(outcome),
+            text.format(n=formats.count(number)),
+            icon,
+            selected=filters.outcomes == (str(outcome),),
+            tone=tone,
+        )
         for outcome, text, number in zip(COUNTED, texts, found, strict=True)
         for icon, tone in [execution_appearance.LOOKS[outcome]]
     ]

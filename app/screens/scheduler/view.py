@@ -285,9 +285,9 @@ def export_result(done: PlanExport, zone: str) -> str:
             "The next {n} start, until {day}, written to {path}",
             "The next {n} starts, until {day}, written to {path}",
             done.count,
-        ).format(n=done.count, day=formats.day(done.until, zone), path=done.path)
+        ).format(n=formats.count(done.count), day=formats.day(done.until, zone), path=done.path)
     return ngettext(
         "{n} start of the next 30 days written to {path}",
         "{n} starts of the next 30 days written to {path}",
         done.count,
-    ).format(n=done.count, path=done.path)
+    ).format(n=formats.count(done.count), path=done.path)

@@ -10,6 +10,7 @@ from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, St
 
 from app.domain.clock import zone_names
 from app.i18n import _, ngettext
+from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.common.zones import zone_options
 from app.screens.settings.page import PageContext, SettingsPage
@@ -100,11 +101,13 @@ class SchedulerPage(SettingsPage):
                     "Not changed: {n} runs of the history would be deleted",
                     surplus,
                 )
-                self.context.say(said.format(n=surplus), "information-outline")
+                self.context.say(said.format(n=formats.count(surplus)), "information-outline")
 
         self.context.shell.dialogs.confirm(
-            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", surplus).format(n=surplus),
-            _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=limit),
+            ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", surplus).format(
+                n=formats.count(surplus)
+            ),
+            _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=formats.count(limit)),
             _("Delete"),
             lambda: self.set("history_limit", limit),
             declined=declined,

@@ -363,7 +363,15 @@ def import_items(lines: Sequence[Message], deletes: DeletesRuns | None = None) -
     lost = []
     if deletes is not None:
         text = ngettext("Deletes the oldest run for ever", "Deletes the oldest {n} runs for ever", deletes.count)
-        lost = [Item("deletes", text.format(n=deletes.count), icon="delete-alert-outline", tone="fault", opens=False)]
+        lost = [
+            Item(
+                "deletes",
+                text.format(n=formats.count(deletes.count)),
+                icon="delete-alert-outline",
+                tone="fault",
+                opens=False,
+            )
+        ]
     ordered = sorted(lines, key=lambda line: not stops_a_robot(line))
     return lost + [
         Item(

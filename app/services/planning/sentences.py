@@ -9,7 +9,7 @@ from datetime import datetime, time
 from types import MappingProxyType
 from zoneinfo import ZoneInfo
 
-from app.domain import writing
+from app.domain import models, writing
 from app.domain.models import InvalidInput, Schedule
 from app.domain.writing import Translate
 from app.services.planning.recurrence import Frequency, Recurrence, months_of
@@ -58,6 +58,11 @@ def missing_months(schedule: Schedule, translate: Translate = lambda text: text)
     with suppress(InvalidInput):
         return "".join(_Words(schedule, Recurrence.parse(schedule.recurrence), translate).missing_months())
     return ""
+
+
+def weekdays(days: Sequence[str], translate: Translate) -> str:
+    """ "Mon, Tue" of their two letters."""
+    return ", ".join(translate(WEEKDAYS[models.WEEKDAYS.index(day)]) for day in days)
 
 
 class _Words:

@@ -38,11 +38,11 @@ def test_everything_that_can_be_said_is_taken(tablet):
         "setting poll interval seconds changed from 30 to 20",
         "setting retry limit changed from 10 to 5",
         "setting minimum battery percent changed from none to 15",
-        "setting working days changed from MO TU WE TH FR to MO TU",
+        "setting working days changed from Mon, Tue, Wed, Thu, Fri to Mon, Tue",
         "setting timezone changed from UTC to Europe/Helsinki",
         "setting start window minutes changed from 15 to 30",
         "setting unknown outcome quiet seconds changed from 90 to 60",
-        "setting history limit changed from 100000 to none",
+        "setting history limit changed from 100,000 to none",
         "robot R1 added",
         "robot R2 added",
         "mission Deliver added",
@@ -96,13 +96,24 @@ def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(tablet)
     again = {
         "format": FORMAT,
         "robots": [{"name": "R1", "address": "10.0.0.9", "username": "else"}],
-        "schedules": [
-            {"name": "Morning", "robot": "R1", "mission": "Deliver", "start": "2026-11-24T09:00", "overlap": "skip"}
-        ],
+        "schedules": [{"name": "Morning", "start": "2026-11-24T09:00", "overlap": "skip", "recurrence": "FREQ=HOURLY"}],
     }
     assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
-        "robotti R1 muuttui: osoite, käyttäjätunnus, käytössä kyllä → ei. Se on poissa käytöstä ja tarvitsee salasanan",
-        "ajastus Morning muuttui: aloitusaika, päällekkäiset suoritukset",
+        "robotti R1 muuttui: osoite 192.168.12.20 → 10.0.0.9, käyttäjätunnus distributor → else, käytössä kyllä → ei. "
+        "Se on poissa käytöstä ja tarvitsee salasanan",
+        "ajastus Morning muuttui: aloitusaika 23.11.2026 09.30 → 24.11.2026 09.00, "
+        "toisto 30 minuutin välein klo 08.30–16.45, vain ma, ke, pe → Joka tunti klo 08.30–16.45, "
+        "päällekkäiset suoritukset Odottaa → Ei ajettu",
+    ]
+
+
+def test_what_is_chosen_is_named_by_the_words_of_the_screen(tablet):
+    again = {"format": FORMAT, "display": {"theme": "dark", "keyboard": "off"}, "settings": {"history_limit": 20000}}
+    finnish = translation("fi").gettext
+    assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
+        "asetus muuttui – säilytettävät suoritukset: 100\u00a0000 → 20\u00a0000",
+        "asetus muuttui – teema: Vaalea → Tumma",
+        "asetus muuttui – näyttönäppäimistö: Tarvittaessa → Ei koskaan",
     ]
 
 
@@ -160,7 +171,7 @@ def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(tablet):
 def test_keys_in_the_file_are_set_and_the_others_stay(full):
     before = full.robots["R1"]
     moved = {"name": "R1", "address": "10.0.0.9", "password": "secret"}
-    assert full.take(robots=[moved]) == ["robot R1 changed: address"]
+    assert full.take(robots=[moved]) == ["robot R1 changed: address from 192.168.12.20 to 10.0.0.9"]
     assert full.robots["R1"] == replace(before, address="http://10.0.0.9")
     morning = full.schedules["Morning"]
     lines = full.take(
@@ -175,7 +186,7 @@ def test_keys_in_the_file_are_set_and_the_others_stay(full):
             }
         ]
     )
-    assert lines == ["schedule Morning changed: between, priority from 3 to 1, robot, mission"]
+    assert lines == ["schedule Morning changed: between from 08:30–16:45 to none, priority from 3 to 1, robot, mission"]
     after = full.schedules["Morning"]
     assert (after.priority, after.between, after.parameters, after.overlap) == (
         1,
@@ -194,7 +205,11 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
 @pytest.mark.parametrize(
     ("section", "item", "lines"),
     [
-        ("robots", {"name": "R2", "hand_over": "when_free"}, ["robot R2 changed: hand over"]),
+        (
+            "robots",
+            {"name": "R2", "hand_over": "when_free"},
+            ["robot R2 changed: hand over from At once to When it is free"],
+        ),
         ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: idle"]),
         ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite from no to yes"]),
         (
@@ -202,7 +217,11 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
             {"name": "Home", "robot": "R1", "usual_minutes": 3},
             ["mission Home of R1 changed: usual minutes from none to 3"],
         ),
-        ("groups", {"name": "Hall", "hand_over": "at_once"}, ["group Hall changed: hand over"]),
+        (
+            "groups",
+            {"name": "Hall", "hand_over": "at_once"},
+            ["group Hall changed: hand over from When it is free to At once"],
+        ),
         ("places", {"name": "Dock"}, []),
         ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled from yes to no"]),
         ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: mission"]),
@@ -210,7 +229,7 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
         (
             "schedules",
             {"name": "Morning", "group": "Hall", "overlap": "parallel"},
-            ["schedule Morning changed: overlap, robot, group"],
+            ["schedule Morning changed: overlap from Waits to Beside it, robot, group"],
         ),
     ],
 )
@@ -301,11 +320,11 @@ def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(tablet):
     assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled from no to yes, password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (True, False)
     assert tablet.take(robots=[{**robot, "username": "b"}]) == [
-        "robot R1 changed: username, enabled from yes to no. It is switched off and needs a password"
+        "robot R1 changed: username from a to b, enabled from yes to no. It is switched off and needs a password"
     ]
     assert tablet.robots["R1"].token is None
     assert tablet.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
-        "robot R1 changed: address. It is switched off and needs a password"
+        "robot R1 changed: address from 10.0.0.1 to 10.0.0.2. It is switched off and needs a password"
     ]  # it still does
 
 
@@ -376,7 +395,7 @@ def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(tabl
         tablet.take(document)
     tablet.take({**document, "settings": {"working_days": ["SU"]}})
     assert tablet.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [
-        "setting working days changed from SU to MO"
+        "setting working days changed from Sun to Mon"
     ]  # an unchanged one is not judged again
 
 

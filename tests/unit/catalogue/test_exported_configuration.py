@@ -204,7 +204,7 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet,
     other = World(tmp_path / "other")
     lines = other.take(exported)  # a Saturday that would be refused without its day
     assert [line for line in lines if "days" in line or "region" in line or "gloves" in line] == [
-        "setting working days changed from MO TU WE TH FR to MO TU",
+        "setting working days changed from Mon, Tue, Wed, Thu, Fri to Mon, Tue",
         "setting gloves changed from no to yes",
         "setting region changed from none to BY",
         "closed days added: Inventory",

@@ -15,9 +15,9 @@ NOW = datetime(2026, 11, 20, 12, 38, 5, tzinfo=UTC)  # 14:38:05 in Helsinki
 
 @pytest.fixture
 def finnish():
-    translator.language = "fi"
+    translator.use("fi")
     yield
-    translator.language = "en"
+    translator.use("en")
 
 
 @pytest.mark.parametrize(
@@ -109,6 +109,11 @@ def test_sizes_of_files(size, words):
 def test_numbers():
     assert formats.number(98.13, 1, "%") == "98.1 %"
     assert formats.number(46.6) == "47"
+    assert (formats.number(-0.4, 1), formats.number(-12345.6, 1), formats.count(100000)) == (
+        "-0.4",
+        "-12,345.6",
+        "100,000",
+    )
     assert formats.percent(78) == "78 %"
 
 
@@ -131,6 +136,7 @@ def test_finnish_writes_differently():
     assert formats.ago(20) == "20 s sitten"
     assert formats.until(NOW + timedelta(minutes=22), NOW, ZONE) == "22 min kuluttua"
     assert formats.number(98.1, 1, "%") == "98,1 %"
+    assert formats.number(12345.6, 1) == f"{formats.count(12345)},6" == "12\u00a0345,6"
     assert formats.duration(273600) == "3 pv 4 h"
 
 

@@ -3,12 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from functools import reduce
+from datetime import datetime
+from functools import partial, reduce
 from types import MappingProxyType
 
+from app.domain import writing
 from app.domain.message import Message, message, render
-from app.domain.models import Fleet, Robot
-from app.services.catalogue.fields import SECTIONS, Fields, differing
+from app.domain.models import Between, Fleet, HandOver, Overlap, Robot, Schedule
+from app.services.catalogue.fields import SECTIONS, Field, Fields, differing
+from app.services.planning import sentences
+
+LONG = {"guid", "certificate_sha256", "parameters"}  # attributes whose values say nothing to a reader
+WORDS: Mapping[str, Mapping[object, Message]] = MappingProxyType(
+    {
+        "theme": {"light": message("Light"), "dark": message("Dark"), "contrast": message("High contrast")},
+        "keyboard": {"auto": message("When needed"), "on": message("Always"), "off": message("Never")},
+        "language": {"en": "English", "fi": "Suomi"},
+        "overlap": {
+            Overlap.SKIP: message("Not run"),
+            Overlap.QUEUE: message("Waits"),
+            Overlap.PARALLEL: message("Beside it"),
+        },
+        "hand_over": {HandOver.AT_ONCE: message("At once"), HandOver.WHEN_FREE: message("When it is free")},
+    }
+)  # of values, by attribute
 
 # By section of the file: for new objects, and for changed ones.
 SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
@@ -43,13 +61,19 @@ def line(kind: str, before: object, after: object, more: Sequence[Message] = (),
 
 
 def _changes(before: object, after: object, fields: Fields) -> Iterator[Message]:
-    """Numbers and yes or no with both values; others are long, or names of the format."""
+    """With both values, unless those are long or belong to other objects."""
     for field in differing(before, after, fields):
-        was, is_now = getattr(before, field.attribute), getattr(after, field.attribute)
-        if not field.special and all(value is None or isinstance(value, int | float) for value in (was, is_now)):
-            yield message("{name} from {before} to {after}", name=field.name, before=_shown(was), after=_shown(is_now))
-        else:
+        if field.special or field.attribute in LONG:
             yield field.name
+        else:
+            was, is_now = (_value(each, field) for each in (before, after))
+            yield message("{name} from {before} to {after}", name=field.name, before=was, after=is_now)
+
+
+def _value(of: object, field: Field) -> object:
+    if field.attribute == "recurrence" and isinstance(of, Schedule):
+        return partial(sentences.sentence, of)
+    return _shown(field.attribute, getattr(of, field.attribute))
 
 
 def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
@@ -81,18 +105,29 @@ def _of_connection(
         yield not_pinned
 
 
-def of_setting(name: Message, before: object, after: object) -> Message:
-    return message(
-        "setting {name} changed from {before} to {after}", name=name, before=_shown(before), after=_shown(after)
-    )
+def of_setting(field: Field, before: object, after: object) -> Message:
+    was, is_now = (_value(each, field) for each in (before, after))
+    return message("setting {name} changed from {before} to {after}", name=field.name, before=was, after=is_now)
 
 
-def _shown(value: object) -> Message | int | float:
-    if value is None or value == "":
-        return message("none")
-    if isinstance(value, bool):
-        return message("yes") if value else message("no")
-    return " ".join(value) if isinstance(value, tuple) else value if isinstance(value, int | float) else str(value)
+def _shown(attribute: str, value: object) -> object:
+    """As screens write it."""
+    match value:
+        case None | "":
+            return message("none")
+        case bool():
+            return message("yes") if value else message("no")
+        case int():
+            return partial(writing.count, value)
+        case datetime():
+            return partial(writing.end_in_words, value)
+        case Between(start, end):
+            return partial(writing.times, start, end)
+        case tuple():
+            return partial(sentences.weekdays, value)
+        case str() if attribute not in WORDS:
+            return value.removeprefix("http://")
+    return WORDS.get(attribute, {}).get(value, value)
 
 
 def stops_a_robot(line: Message) -> bool:

@@ -26,7 +26,7 @@ from app.services.catalogue.configuration import import_lines
 from app.services.catalogue.configuration.asked_robots import AskedRobots, MoreToAsk
 from app.services.catalogue.configuration.document import Document, read
 from app.services.catalogue.configuration.machines import Machines
-from app.services.catalogue.fields import Item, placed
+from app.services.catalogue.fields import Item, differing, placed
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
 from app.services.planning import public_holidays
@@ -173,12 +173,11 @@ class _Import:
     # ------------------------------------------------------------------ settings
     def _settings(self, item: Item, changes: Mapping[str, Any]) -> Iterator[Message]:
         """``changes``: by attribute."""
-        before, words = self._edit.settings, {field.attribute: field.name for field in item.fields}
+        before = self._edit.settings
         with placed(item):
             after = settings_edit.change(self._edit, **changes)
-        for name in changes:
-            if getattr(after, name) != getattr(before, name):
-                yield import_lines.of_setting(words[name], getattr(before, name), getattr(after, name))
+        for field in differing(before, after, item.fields):
+            yield import_lines.of_setting(field, before, after)
 
     def _different(self, item: Item, changes: Mapping[str, Any]) -> Iterator[Message]:
         """Those that are not as they are by default either."""
