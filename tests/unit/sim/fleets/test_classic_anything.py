@@ -1,0 +1,112 @@
+"""Whatever clients, robots and the fleet do, an order of a classic fleet runs at most once, on one robot, and its end stays."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mir_sim.state import RobotError
+from tests.support.examples import examples
+from tests.unit.sim.fleets.classic import FleetAsker
+
+ENDS = ("Done", "Aborted", "Invalid")
+ROBOTS = st.sampled_from([1, 2])
+ORDERS = st.integers(1, 6)
+STEPS = st.one_of(
+    st.tuples(st.just("order"), st.sampled_from(["Home", "Deliver"]), st.sampled_from([0, 1, 2])),
+    st.tuples(st.just("delete"), ORDERS),
+    st.tuples(st.just("delete waiting")),
+    st.tuples(st.just("move"), ORDERS, ROBOTS),
+    st.tuples(st.just("pass"), st.floats(0.1, 90)),
+    st.tuples(st.just("reboot"), st.sampled_from(["kept", "lost"])),
+    st.tuples(st.just("state"), st.sampled_from(["normal", "maintenance"])),
+    st.tuples(st.just("charge"), st.sampled_from([None, 100])),
+    st.tuples(st.just("active"), ROBOTS, st.booleans()),
+    st.tuples(st.just("robot"), ROBOTS, st.sampled_from(["pause", "resume", "clear_errors", "reboot", "fail"])),
+)
+
+
+class Hall(FleetAsker):
+    def do(self, what: str, *values: Any) -> None:
+        match what:
+            case "order":
+                self.order(values[0], robot_id=values[1])
+            case "delete":
+                self.send("DELETE", f"/mission_scheduler/{values[0]}")
+            case "delete waiting":
+                self.send("DELETE", "/mission_scheduler")
+            case "move":
+                self.send("PUT", f"/mission_scheduler/{values[0]}", {"robot_id": values[1]})
+            case "pass":
+                self.pass_time(values[0])
+            case "reboot":
+                self.control(knobs={"waiting_after_reboot": values[0]}, reboot_seconds=10)
+                self.pass_time(10)
+            case "state":
+                self.send("PUT", "/status", {"state": values[0]})
+            case "charge":
+                self.control(knobs={"charging_below": values[0]})
+            case "active":
+                self.send("PUT", f"/robots/{values[0]}", {"active": values[1]})
+            case "robot":
+                self.robot_event(*values)
+
+    def robot_event(self, number: int, event: str) -> None:
+        robot = self.robots[number - 1]
+        match event:
+            case "reboot":
+                robot.reboot(30)
+            case "fail":
+                robot.raise_error(RobotError(10120, "Goal not reached"), lasting=False)
+            case _:
+                getattr(robot, event)()
+
+    def orders(self) -> dict[str, Any]:
+        return {one["fleet_schedule_guid"]: one for one in self.get("/mission_scheduler?whitelist=all")}
+
+    def queued(self) -> Counter[str]:
+        return Counter(item.fleet_schedule_guid for robot in self.robots for item in robot.queue)
+
+
+@examples(200)
+@given(steps=st.lists(STEPS, max_size=25))
+def test_an_order_runs_at_most_once_and_its_end_stays(steps: list[tuple[Any, ...]]) -> None:
+    hall = Hall()
+    ended: dict[str, str] = {}
+    robots: dict[str, int] = {}
+    for step in steps:
+        hall.do(*step)
+        assert max(hall.queued().values(), default=0) <= 1
+        orders = hall.orders()
+        assert {guid: orders[guid]["state"] for guid in ended} == ended
+        ended |= {guid: one["state"] for guid, one in orders.items() if one["state"] in ENDS}
+        given_out = {guid: one["robot_id"] for guid, one in orders.items() if one["state"] in ("Outbound", "Executing")}
+        assert all(robots.get(guid, number) == number for guid, number in given_out.items())
+        robots |= given_out
+        numbers = [one["id"] for one in orders.values()]
+        assert numbers == sorted(set(numbers), reverse=True)
+    everything_ends(hall)
+
+
+def everything_ends(hall: Hall) -> None:
+    """Once nothing is in the way, all orders end, as their robots say."""
+    hall.do("state", "normal")
+    hall.do("charge", None)
+    for number in (1, 2):
+        hall.do("active", number, True)
+        for event in ("clear_errors", "resume"):
+            hall.robot_event(number, event)
+    hall.pass_time(60)
+    for number in (1, 2):
+        for event in ("clear_errors", "resume"):  # also of a robot that was offline
+            hall.robot_event(number, event)
+    hall.pass_time(3600)
+    orders = hall.orders()
+    charging = [one for one in orders.values() if one["mission_name"] == "Return to charger"]
+    assert {one["state"] for one in orders.values() if one not in charging} <= set(ENDS)
+    items = {item.fleet_schedule_guid: str(item.state) for robot in hall.robots for item in robot.queue}
+    assert all(items.get(guid, "Done") == "Done" for guid, one in orders.items() if one["state"] == "Done")
+    assert all(orders[guid]["state"] == state for guid, state in items.items() if state in ENDS and guid in orders)
