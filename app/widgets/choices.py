@@ -25,13 +25,6 @@ class Picker(Sheet):
     def on_pick(self, value):
         """That was chosen."""
 
-    def takes_key(self, key: int, text: str) -> bool:
-        """A key was pressed; whether it was for this one."""
-        return False
-
-    def _key(self, _window, key, _scancode=None, text=None, *_modifiers):
-        return self.takes_key(key, text or "") or super()._key(_window, key)
-
 
 class OptionRow(ListRow):
     """An option; a tap chooses it."""
@@ -115,6 +108,13 @@ class ChoiceSheet(Finds, Picker):
         shown = [option.key for option in self.shown]
         self.selected = [key for key in self.selected if key not in shown] + ([] if self.all_shown else shown)
         self.draft = True
+
+    def on_back(self):
+        """What was ticked is taken along to the sheet that asked for it."""
+        if self.draft and not self.foot_off:
+            self.on_done()
+        else:
+            super().on_back()
 
     def on_done(self):
         selected = set(self.selected)

@@ -7,8 +7,8 @@ from kivy.properties import BooleanProperty, NumericProperty, OptionProperty, St
 from kivy.uix.floatlayout import FloatLayout
 from kivymd.uix.card import MDCard
 
-from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock, is_low, is_tall
+from app.widgets.menu import ESCAPE
 from app.widgets.rest import DOUBLE_TAP, rest
 from app.widgets.scrolling import ScrollPage
 from app.widgets.surfaces import Passive
@@ -214,10 +214,14 @@ class Sheet(Passive, MDCard):
             self.y = max(top + GAP, dock.height)
             self.height = place.top - self.y
 
-    def _key(self, _window, key, *_args):
+    def takes_key(self, key: int, text: str) -> bool:
+        """A key was pressed; whether it was for this one."""
+        return False
+
+    def _key(self, _window, key, _scancode=None, text=None, *_modifiers):
         if key == ESCAPE and self.closable:
             self.dispatch("on_close")
-        return key == ESCAPE
+        return self.takes_key(key, text or "") or key == ESCAPE
 
     def on_touch_down(self, touch):
         self._is_at_foot = self.ids.foot.collide_point(*touch.pos)
@@ -250,3 +254,9 @@ class AskSheet(Sheet):
     is_question = True
 
     text = StringProperty()
+
+    def takes_key(self, key: int, text: str) -> bool:
+        """Esc is the safe answer."""
+        if key == ESCAPE and not self.closable:
+            self.dispatch("on_close")
+        return key == ESCAPE

@@ -96,7 +96,6 @@ SPACES = {
     "R_CTRL": 12,
     "R_CHIP": 8,
     "R_FIELD": 4,
-    "R_DIALOG": 24,
     "R_PILL": 999,
     "H_TOP": 64,
     "H_LOW": 640,  # a lower window has no height to spare

@@ -11,12 +11,12 @@ from kivy.uix.scrollview import ScrollView
 
 from app.widgets.chart import Chart, KeySeat
 from app.widgets.choices import ChoiceSheet
-from app.widgets.dialogs import Overlay
 from app.widgets.display import SectionCard
 from app.widgets.dock import dock
 from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
+from app.widgets.menu import Menu
 from app.widgets.month import MonthDay
 from app.widgets.rest import rest
 from app.widgets.sheet import Finds
@@ -147,7 +147,7 @@ class KeyFocus:
         """The same with what is disabled."""
         tops = [top for top in Window.children if not isinstance(top, DockedKeyboard) and getattr(top, "is_open", True)]
         question = dock.question if parents(dock.question) else None
-        front = next((top for top in tops if isinstance(top, Overlay)), question or tops[-1])
+        front = next((top for top in tops if isinstance(top, Menu)), question or tops[-1])
         above = tops[: tops.index(front)] if front in tops else tops[:-1]
         found = []
         waiting = [front, *above[::-1]]  # messages above it come last
@@ -155,7 +155,7 @@ class KeyFocus:
             widget = waiting.pop(0)
             if not widget.opacity or widget.width < 1 or widget.height < 1:
                 continue
-            presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Overlay)
+            presses = isinstance(widget, ButtonBehavior) and not isinstance(widget, Passive | Menu)
             presses = presses and getattr(widget, "can_press", True)
             if presses or isinstance(widget, FieldInput):
                 found.append(widget)
@@ -214,7 +214,7 @@ class KeyFocus:
 
     def _tops_changed(self, *_args):
         known = [dialog for dialog, _target, _place in self._openers]
-        tops = [*(top for top in Window.children if isinstance(top, Overlay)), *filter(None, [dock.question])]
+        tops = [*(top for top in Window.children if isinstance(top, Menu)), *filter(None, [dock.question])]
         new = next((top for top in tops if top not in known), None)
         if new is not None:
             self._openers.append((new, self.target, _middle(self.target) if parents(self.target) else None))
@@ -309,7 +309,7 @@ class KeyFocus:
         if dock.field is not None:
             dock.field.focus = False
         top = parents(target)[-1:]
-        if self.target is not None and top != parents(self.target)[-1:] and not isinstance(top[0], Overlay):
+        if self.target is not None and top != parents(self.target)[-1:] and not isinstance(top[0], Menu):
             self._left.append(self.target)
         self.target = target
         _reveal(target)

@@ -13,7 +13,8 @@ it):
     @picture("robot-sheet", sizes=(LANDSCAPE,))
     def robot_dialog(studio):
         studio.show(SettingsScreen(...))
-        return studio.dialogs.open(RobotSheet(...))
+        studio.sheets.show(RobotSheet(...))
+        return studio.shown
 
 Put such functions into a module of this package; all its modules are found. Files are called
 ``<name>-<size>-<theme>.png``. After each picture tests/ui/checks.py looks for what the eye might miss and prints it.

@@ -48,11 +48,12 @@ def checklist(studio: Any) -> Any:
 
 @picture("dialog-confirm", sizes=EVERY_SIZE)
 def question(studio: Any) -> Any:
-    return over_settings(studio).confirm(
+    return over_settings(studio).sheets.ask(
         _("Clear queue"),
         _("Missions of others go too. A running one is aborted."),
         _("Clear queue"),
         print,
+        _("Keep"),
     )
 
 

@@ -15,7 +15,7 @@ from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus, Stop
 from app.i18n import _, ngettext
 from app.mir.errors import AnotherRobot, Unauthorized
-from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.settings.data import ImportSheet
@@ -33,8 +33,7 @@ from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files import places
 from app.services.robots import finder
 from app.widgets.choices import ChoiceSheet
-from app.widgets.dialogs import ConfirmDialog
-from app.widgets.sheet import Sheet
+from app.widgets.sheet import AskSheet
 from tests.screenshots.frame import framed
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, PORTRAIT, SMALL, picture
 from tests.support.clock import VirtualClock
@@ -303,8 +302,6 @@ def dialog(name: str):
         def shown(studio):
             screen = Plant(studio).screen(studio, "missions" if "mission" in name else "robots")
             built = build(screen.vm.context)
-            if not isinstance(built, Sheet):
-                return studio.dialogs.open(built)
             studio.afterwards(screen.vm.context.shell.sheets.give_up)
             screen.vm.context.shell.sheets.show(built)
             return screen
@@ -327,7 +324,7 @@ def import_changes(context: PageContext):
 @dialog("pin-dialog")
 def pin_dialog(context: PageContext):
     problem = ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", 4).format(n=4)
-    return PinDialog(title=_("Settings"), text=_("Enter the PIN"), pin="471", problem=problem)
+    return PinSheet(title=_("Enter the PIN"), pin="471", problem=problem)
 
 
 @dialog("robot-sheet-new")
@@ -352,11 +349,12 @@ def robot_another_answers(context: PageContext):
 @dialog("robot-dialog-delete")
 def robot_dialog_delete(context: PageContext):
     robot = context.facts.robots[0]
-    return ConfirmDialog(
+    return AskSheet(
         title=_("Delete {name}?").format(name=robot.name),
         text=robot_question(context.facts, robot),
-        confirm=_("Delete"),
-        decline=_("Keep"),
+        foot=_("Keep"),
+        second=_("Delete"),
+        closable=False,
     )
 
 

@@ -18,12 +18,12 @@ from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_sheet import RobotSheet
 from app.services.files import places
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import MenuRow, Overlay
 from app.widgets.fields import Field
 from app.widgets.frame import Banner, NavItem
 from app.widgets.items import Item
 from app.widgets.keyboard import BoardKey, DockedKeyboard
 from app.widgets.list_row import ListRow
+from app.widgets.menu import Menu, MenuRow
 from app.widgets.scrolling import ScrollPage
 from app.widgets.sheet import Sheet
 from app.widgets.snackbar import Snackbar
@@ -58,9 +58,7 @@ def restart(site: Plant, app: SchedulerApp, ui: Driver, screen: str) -> None:
     forget_all(site, ui)
     app.shell.go(screen)
     ui.wait(lambda: app.shell.background.idle)
-    ui.wait(
-        lambda: not [widget for kind in (Overlay, Snackbar, Banner, DockedKeyboard) for widget in ui.find_all(kind)]
-    )
+    ui.wait(lambda: not [widget for kind in (Menu, Snackbar, Banner, DockedKeyboard) for widget in ui.find_all(kind)])
     assert (tk.theme, tk.gloves, translator.language) == (site.first_settings.theme, False, SOURCE_LANGUAGE)
 
 

@@ -33,8 +33,8 @@ import app.widgets  # noqa: E402
 from app.domain.models import FONT_SCALES, THEMES, Schedule  # noqa: E402
 from app.mir.errors import RobotError  # noqa: E402
 from app.services.planning import public_holidays  # noqa: E402
-from app.widgets.dialogs import Overlay  # noqa: E402
 from app.widgets.fields import FieldInput  # noqa: E402
+from app.widgets.menu import Menu  # noqa: E402
 from app.window.application import SchedulerApp  # noqa: E402
 from app.window.garbage import give_back, share_one_heap  # noqa: E402
 from app.window.window import quiet_garbage  # noqa: E402
@@ -255,7 +255,7 @@ class Monkey:
 
     def _targets(self) -> list:
         tops = [top for top in Window.children if getattr(top, "is_open", True)]
-        last = next((n for n, top in enumerate(tops) if isinstance(top, Overlay)), len(tops) - 1)
+        last = next((n for n, top in enumerate(tops) if isinstance(top, Menu)), len(tops) - 1)
         return [
             widget
             for top in tops[: last + 1]

@@ -19,9 +19,9 @@ from app.screens.scheduler.cards import FormSheet, ScheduleRow
 from app.screens.scheduler.view import Listing
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import Menu, MenuRow
 from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
+from app.widgets.menu import Menu, MenuRow
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateSheet, TimeCell, TimeSheet
 from app.widgets.sheet import FOOT_RESTS

@@ -1,8 +1,8 @@
 """A double tap is one tap: when the first tap opens or closes something, the second does not reach what is then under
 the finger.
 
-Dialogs and menus of tests/screenshots are tapped twice at their buttons and outside, above something that would take
-any touch; the ``long`` tests do that in every picture, and at a grid of points of each kind of dialog.
+Menus of tests/screenshots are tapped twice at their buttons, outside and at a grid of points, above something that would take
+any touch; the ``long`` test does that in every picture.
 """
 
 from __future__ import annotations
@@ -17,16 +17,15 @@ from kivy.event import EventDispatcher
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.widget import Widget
 
-from app.widgets.dialogs import Dialog, Overlay
+from app.widgets.menu import Menu
 from app.widgets.rest import DOUBLE_TAP
 from tests.screenshots.registry import Picture
 from tests.ui.walk import Walk
 
 GAPS = (0.15, 0.3, 0.45, 0.58)  # s from the beginning of a tap to that of the next
-ALIKE = 2  # of buttons of one class in a dialog
+ALIKE = 2  # of buttons of one class in a menu
 GRID = 7  # points in each direction
 PARTS = 8
-NO_DIALOGS = {Dialog}  # what dialogs are made of
 
 
 class Beneath(ButtonBehavior, Widget):
@@ -34,11 +33,11 @@ class Beneath(ButtonBehavior, Widget):
 
 
 class Presses:
-    """The buttons that were pressed although the dialogs had changed since the last tap began."""
+    """The buttons that were pressed although the menus had changed since the last tap began."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.wrong: list[str] = []
-        self.before: list[Overlay] | None = None
+        self.before: list[Menu] | None = None
 
         def dispatch(widget: Widget, event: str, *values: object) -> object:
             if event == "on_release" and self.before is not None and self.has_changed:
@@ -53,15 +52,15 @@ class Presses:
 
     @property
     def has_changed(self) -> bool:
-        return self.before != overlays()
+        return self.before != menus()
 
 
-def overlays() -> list[Overlay]:
-    return [top for top in Window.children if isinstance(top, Overlay) and top.is_open]
+def menus() -> list[Menu]:
+    return [top for top in Window.children if isinstance(top, Menu) and top.is_open]
 
 
-def lay_beneath(top: Overlay) -> None:
-    """Put something that takes touches right behind that dialog."""
+def lay_beneath(top: Menu) -> None:
+    """Put something that takes touches right behind that menu."""
     above = [*Window.children[: Window.children.index(top) + 1], top._scrim]
     for child in above:
         Window.remove_widget(child)
@@ -70,7 +69,7 @@ def lay_beneath(top: Overlay) -> None:
             Window.add_widget(child)
 
 
-def middles(top: Overlay, ui) -> Iterator[tuple[float, float]]:
+def middles(top: Menu, ui) -> Iterator[tuple[float, float]]:
     """The middles of its buttons; of similar ones only a few."""
     seen: dict[object, int] = {}
     for widget in ui.seen(top):
@@ -82,7 +81,7 @@ def middles(top: Overlay, ui) -> Iterator[tuple[float, float]]:
                 yield x, y
 
 
-def grid(top: Overlay) -> Iterator[tuple[float, float]]:
+def grid(top: Menu) -> Iterator[tuple[float, float]]:
     for column in range(GRID):
         for row in range(GRID):
             yield top.x + top.width * (column + 0.5) / GRID, top.y + top.height * (row + 0.5) / GRID
@@ -93,23 +92,22 @@ def presses(monkeypatch) -> Presses:
     return Presses(monkeypatch)
 
 
-def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, kinds: set[type[Overlay]]) -> list[str]:
-    """What the second taps have pressed in and behind the topmost dialog of that picture, built again each time one of them has changed
-    which dialogs are open; a kind of dialog that isn't among ``kinds`` is tapped at a grid of points, and is then one of them."""
+def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture) -> list[str]:
+    """What the second taps have pressed in and behind the topmost menu of that picture, built again each time one of them has changed
+    which menus are open."""
     found: list[str] = []
     left, gaps = None, cycle(GAPS)
     while left is None or left:
         with walk.built(picture):
             ui.skip(DOUBLE_TAP)
-            if not overlays():
+            if not menus():
                 return []
-            top = overlays()[0]
+            top = menus()[0]
             lay_beneath(top)
             ui.advance()
             if left is None:
-                left = [(1, 1), *middles(top, ui), *(() if type(top) in kinds else grid(top))]
-                kinds.add(type(top))
-            presses.before = overlays()
+                left = [(1, 1), *middles(top, ui), *grid(top)]
+            presses.before = menus()
             while left and not presses.has_changed:
                 place, gap = left.pop(), next(gaps)
                 ui.tap_twice(place, gap)
@@ -121,39 +119,14 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture, kinds: set
     return found
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "menu",
-        *(pytest.param(name, marks=pytest.mark.long) for name in ("choice", "checklist", "confirm", "time", "date")),
-    ],
-)
-def test_the_second_tap_on_a_dialog_of_all_screens_presses_nothing(ui, walk, presses, name):
-    picture = next(picture for picture in walk.pictures if picture.name == f"dialog-{name}")
-    found = double_tapped(ui, walk, presses, picture, dialog_classes())
+def test_the_second_tap_on_a_menu_presses_nothing(ui, walk, presses):
+    picture = next(picture for picture in walk.pictures if picture.name == "dialog-menu")
+    found = double_tapped(ui, walk, presses, picture)
     assert not found, "\n".join(["", *found])
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(PARTS))
-def test_nor_does_it_anywhere_on_any_dialog_or_menu(ui, walk, presses, part):
-    kinds: set[type[Overlay]] = set()
-    found = [
-        line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture, kinds)
-    ]
+def test_nor_does_it_anywhere_on_any_menu(ui, walk, presses, part):
+    found = [line for picture in walk.pictures[part::PARTS] for line in double_tapped(ui, walk, presses, picture)]
     assert not found, "\n".join(["", *found])
-
-
-@pytest.mark.long
-def test_every_kind_of_dialog_is_among_the_pictures(ui, walk):
-    seen = set()
-    for picture in walk.pictures:
-        with walk.built(picture):
-            seen |= {type(overlay) for overlay in overlays()}
-    assert seen == dialog_classes() - NO_DIALOGS
-
-
-def dialog_classes(kind: type = Overlay) -> set[type[Overlay]]:
-    """The classes of dialogs in the app, without those of tests."""
-    below = {found for child in kind.__subclasses__() for found in dialog_classes(child)}
-    return below | ({kind} if kind is not Overlay and kind.__module__.startswith("app.") else set())

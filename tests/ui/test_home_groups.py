@@ -8,9 +8,9 @@ from app.domain.models import Group, State
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import MenuRow
 from app.widgets.items import Item
 from app.widgets.list_row import RowButton, RowIcon
+from app.widgets.menu import MenuRow
 from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended

@@ -13,10 +13,10 @@ from app.screens.common.overlays import Dialogs
 from app.screens.common.sheets import Sheets
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet
-from app.widgets.dialogs import ConfirmDialog, Menu
 from app.widgets.dock import dock
 from app.widgets.items import Item
 from app.widgets.long_list import LongList
+from app.widgets.menu import Menu
 from app.widgets.scrolling import ScrollPage
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB
 from tests.ui.ring import page_of
@@ -45,9 +45,9 @@ def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):
     ui.show(page_of("One", "Two", "Three"), (300, 300))
     ui.key(TAB)
     ui.key(TAB)
-    dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
-    dialog.open()
+    Sheets().ask("Sure?", "It is gone then.", "Delete", print, "Keep")
     ui.advance(0.5)
+    ui.key(TAB)
     ui.key(TAB)
     assert keys.target.text == "Keep"
     ui.key(ENTER)
@@ -143,14 +143,13 @@ def test_enter_where_nothing_is_found_stays_in_the_search_field(ui, keys, picker
 def test_only_the_topmost_dialog_is_reached_and_what_was_before_it_comes_back(ui, keys):
     ui.show(page_of("One", "Two"), (300, 300))
     ui.key(TAB)
-    dialog = ConfirmDialog(title="Sure?", text="It is gone then.", confirm="Delete", decline="Keep")
-    dialog.open()
+    dialog = Sheets().ask("Sure?", "It is gone then.", "Delete", print, "Keep")
     ui.advance(0.5)
     ui.key(TAB)
-    assert [target.text for target in keys.targets()] == ["Keep", "Delete"]
-    assert keys.target.text == "Keep"
-    Window.dispatch("on_keyboard", ESCAPE, 0, "", [])
-    assert dialog.parent  # it fades away
+    assert [target.text for target in keys.targets()] == ["Delete", "Keep"]
+    assert keys.target.text == "Delete"
+    ui.key(ESCAPE)
+    assert dialog.parent is None
     assert {target.text for target in keys.targets()} == {"One", "Two"}
     ui.advance(0.5)
 
@@ -216,7 +215,7 @@ def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_men
     page = ui.show(page_of("One"), (300, 300))
     dots = page.ids.column.children[0]
     menu = Menu(anchor=dots, items=[MenuItem("edit", "Edit"), MenuItem("rename", "Rename")])
-    menu.bind(on_choose=lambda *_args: ConfirmDialog(title="Sure?", text="Really", confirm="Yes", decline="No").open())
+    menu.bind(on_choose=lambda *_args: Sheets().ask("Sure?", "Really", "Yes", print, "No"))
     page.add_widget(CommandButton(text="Other", height=64))
     ui.key(TAB)
     menu.open()
@@ -226,7 +225,7 @@ def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_men
     ui.key(ENTER)
     ui.advance(0.5)
     ui.key(TAB)
-    assert keys.target.text == "No"
+    assert keys.target.text == "Yes"
     close(ui)
     assert keys.target is dots
     assert not keys._openers

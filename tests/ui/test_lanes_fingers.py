@@ -10,7 +10,6 @@ from app.screens.common.overlays import Dialogs
 from app.screens.scheduler.axis import Band
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.chart import glyphs
-from app.widgets.dialogs import Dialog
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.lanes_drawing import Drawing
 from app.widgets.scrolling import CalmScroll as HoursPage
@@ -74,13 +73,13 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hou
     fires, y = [fired(chart, name) for name in ("on_bar", "on_moved", "on_free")], chart.y + 30
     touch = put_down(chart.left_of(hour), y)
     ui.advance(LONG + 0.1 if hour == 10.5 else 0.2)
-    Dialogs(animate=False).open(dialog := Dialog(title="Late starts"))
+    menu = Dialogs(animate=False).menu(chart, "Late starts", [], print)
     if hour == 10.5:
         touch.touch_move(chart.left_of(hour + 3), y)
     ui.advance(LONG + 0.1)
     touch.touch_up()
     assert (fires, chart.touched) == ([[], [], []], False)
-    dialog.dismiss()
+    menu.dismiss()
     ui.advance(1)
     ui.tap_at(chart.left_of(10.5), y)
     assert fires[0] == [("planned",)]

@@ -13,9 +13,9 @@ from kivy.uix.label import Label
 from app.screens.common.sheets import Sheets
 from app.screens.common.view_model import Navigator, ScreenBase, Snackbars
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
 from app.widgets.fields import Field
+from app.widgets.menu import ESCAPE
 from app.widgets.sheet import Sheet, SheetPlace
 
 WIDE, LOW, SMALL, TALL = (1280, 800), (1024, 600), (819, 480), (800, 1280)
@@ -139,10 +139,20 @@ def test_a_sheet_that_lies_over_another_leads_back_to_it(ui, room, way):
     assert room.sheets.top is first
 
 
-def test_esc_leaves_a_question_that_has_a_safe_answer(ui, room):
-    asked = room.sheets.ask("Clear the queue?", "", "Clear", lambda: None, "Keep")
-    ui.key(ESCAPE)
-    assert room.sheets.top is asked
+@pytest.mark.parametrize(
+    ("way", "answer"), [("Clear", "yes"), ("Keep", "no"), ("escape", "no"), ("another screen", "no")]
+)
+def test_a_question_has_one_answer_and_every_way_out_but_yes_is_a_no(ui, room, way, answer):
+    said = []
+    room.sheets.ask("Clear the queue?", "", "Clear", lambda: said.append("yes"), "Keep", lambda: said.append("no"))
+    ui.advance(1)
+    if way == "escape":
+        ui.key(ESCAPE)
+    elif way == "another screen":
+        room.navigator.go("logs")
+    else:
+        ui.tap(ui.find(CommandButton, text=way))
+    assert (said, room.sheets.top) == ([answer], None)
 
 
 def test_a_sheet_that_is_shown_again_stays_below_what_lies_over_it(room):

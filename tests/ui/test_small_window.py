@@ -15,7 +15,8 @@ from app.domain.models import Alarm, Connection, Priority
 from app.domain.robot import RobotProblem, UserPrompt, problems_in_words
 from app.i18n import _
 from app.screens.common.overlays import Dialogs
-from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.pin_sheet import PinSheet
+from app.screens.common.sheets import Sheets
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.view import BannerView
 from app.screens.home.cards import PlaceMap, ProblemNote, PromptOption, RobotCard, RobotFoot, TodayRow
@@ -320,11 +321,10 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
 
 
 def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
-    dialog = PinDialog(title="Settings", text="Enter the PIN of this tablet")
-    dialog.open()
+    sheets = Sheets()
+    sheet = sheets.over(PinSheet(title="Enter the PIN", problem="Wrong PIN, 4 tries left"))
     ui.advance(0.5)
     for key in ui.find_all(PadKey):
         assert checks.is_seen(key)
-    assert "\n".join(checks.problems(dialog)) == ""
-    dialog.dismiss()
-    ui.advance(0.5)
+    assert "\n".join(checks.problems(sheet)) == ""
+    sheets.close(sheet)

@@ -6,7 +6,7 @@ import pytest
 
 from app.container import Container
 from app.database.connection import Database
-from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.pin_sheet import PinSheet
 from app.services.live.tablet_zone import TabletZone
 from app.widgets.choices import ChoiceSheet
 from app.widgets.number_pad import PadKey
@@ -92,8 +92,8 @@ def test_where_a_pin_is_set_it_is_asked_for_before_a_zone_is_taken(tablet, ui):
     with shown(tablet, ui):
         ui.wait(lambda: asked(ui))
         choose(ui, "Pacific/Apia")
-        ui.wait(lambda: ui.find_all(PinDialog))
+        ui.wait(lambda: ui.find_all(PinSheet))
         assert tablet.settings().timezone == "Europe/Helsinki"
         for key in ({"text": "4"}, {"text": "7"}, {"text": "1"}, {"text": "1"}, {"icon": "check"}):
-            ui.tap(ui.find(PadKey, ui.find(PinDialog), **key))
+            ui.tap(ui.find(PadKey, ui.find(PinSheet), **key))
         ui.wait(lambda: tablet.settings().timezone == "Pacific/Apia")

@@ -1,27 +1,23 @@
-"""Dialogs: ways in and out, what they hand over, and that nothing of them stays behind."""
+"""Menus and choices: ways in and out, what they hand over, and that nothing of them stays behind."""
 
 from __future__ import annotations
 
 import gc
 import weakref
+from collections.abc import Callable
 
 import pytest
 from kivy.core.window import Window
-from kivy.lang import Builder
 from kivy.tests.common import UnitTestTouch
-from kivy.uix.widget import Widget
-from kivymd.uix.dialog.dialog import MDDialogScrim
 
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import ConfirmDialog, Dialog, Menu
-from app.widgets.fields import Field
 from app.widgets.long_list import LongList
-from app.widgets.rest import DOUBLE_TAP
+from app.widgets.menu import Menu
+from app.widgets.sheet import Sheet
 from app.widgets.text import Txt
-from app.widgets.tokens import apply_theme, tk
 
 ESCAPE, BACKSPACE, ENTER = 27, 8, 13
 
@@ -35,105 +31,8 @@ def press(ui, word: str) -> None:
     ui.tap(ui.find(CommandButton, text=word))
 
 
-# ---------------------------------------------------------------------- confirm
-def test_yes_is_said_once_and_closes(ui, dialogs):
-    said: list[str] = []
-    dialogs.confirm(
-        "Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no")
-    )
-    ui.advance()
-    press(ui, "Clear")
-    ui.advance(0.3)
-    assert said == ["yes"]
-    assert dialogs.top is None
-    assert Window.children == []
-
-
-@pytest.mark.parametrize("way_out", ["button", "escape"])
-def test_every_other_way_out_is_a_no(ui, dialogs, way_out):
-    said: list[str] = []
-    dialogs.confirm(
-        "Clear the queue?", "3 missions", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no")
-    )
-    ui.advance()
-    if way_out == "button":
-        press(ui, "Keep")
-    else:
-        ui.key(ESCAPE)
-    ui.advance(0.3)
-    assert said == ["no"]
-
-
-def test_escape_closes_a_form(ui, dialogs):
-    dialog = Dialog(title="Add robot")
-    dialog.add_widget(Field(label="Name", text="Aino"))
-    dialogs.open(dialog)
-    ui.advance()
-    ui.key(ESCAPE)
-    assert dialogs.top is None
-
-
-def test_a_tap_outside_a_question_does_not_answer_it(ui, dialogs):
-    said: list[str] = []
-    dialogs.confirm("Clear?", "", "Clear", lambda: said.append("yes"), declined=lambda: said.append("no"))
-    ui.advance()
-    ui.tap_at(5, 5)
-    assert said == []
-    assert isinstance(dialogs.top, ConfirmDialog)
-
-
-def test_escape_closes_the_topmost_only(ui, dialogs):
-    dialogs.choose("Robot", [Option(1, "Aino")], lambda key: None)
-    dialogs.confirm("Sure?", "", "Yes", lambda: None)
-    ui.advance()
-    ui.key(ESCAPE)
-    assert isinstance(dialogs.top, ChoiceSheet)
-    ui.advance(DOUBLE_TAP)
-    ui.key(ESCAPE)
-    assert dialogs.top is None
-
-
-def test_buttons_behind_a_dialog_cannot_be_pressed(ui, dialogs):
-    button = ui.show(CommandButton(text="Pause"), (200, 64))
-    taps: list[int] = []
-    button.bind(on_release=lambda *_: taps.append(1))
-    dialogs.confirm("Sure?", "", "Yes", lambda: None)
-    ui.advance()
-    ui.tap(button)
-    assert taps == []
-
-
-def test_a_finger_on_the_sheet_of_a_dialog_presses_nothing(ui, dialogs):
-    dialog = dialogs.confirm("Sure?", "", "Yes", lambda: None)
-    ui.advance()
-    touch = UnitTestTouch(dialog.x + 4, dialog.center_y)
-    touch.touch_down()
-    ui.advance()
-    assert dialog.state == "normal"
-    touch.touch_up()
-    assert dialogs.top is dialog
-
-
-def test_the_scrim_follows_the_theme(ui, dialogs):
-    dialogs.confirm("Sure?", "", "Yes", lambda: None)
-    ui.advance()
-    behind = ui.find(MDDialogScrim)
-    for theme in ("dark", "light"):
-        apply_theme(ui.app.theme_cls, theme)
-        assert [*behind.color[:3], behind.alpha] == list(tk.scrim)
-
-
 # ---------------------------------------------------------------------- choose
 MISSIONS = [Option(n, f"Mission {n}", note="on Aino only" if n == 7 else "") for n in range(30)]
-
-
-@pytest.mark.parametrize("body", [100, 101, 102.5])
-def test_a_dialog_lies_on_whole_pixels(ui, dialogs, body):
-    dialog = dialogs.open(Dialog(title="Odd"))
-    dialog.add_widget(Widget(size_hint_y=None, height=body))
-    ui.advance(0.3)
-    assert dialog.pos == [round(dialog.x), round(dialog.y)]
-    assert abs(dialog.center_y - Window.height / 2) <= 1
 
 
 def test_a_short_list_shows_all_options_also_with_long_notes(ui, dialogs):
@@ -174,6 +73,17 @@ def test_ticks_are_confirmed_in_the_options_order(ui, dialogs):
         ui.tap(ui.find(Txt, text=word))
     press(ui, "Add")
     assert chosen == [[0, 3]]
+
+
+@pytest.mark.parametrize(("way", "kept"), [("arrow-left", [[0, 3]]), ("close", [])])
+def test_the_arrow_takes_ticks_along_to_the_sheet_that_asked_and_the_cross_does_not(ui, dialogs, way, kept):
+    below, chosen = dialogs.sheets.show(Sheet(title="Place")), []
+    choice = dialogs.choose_many("Missions", MISSIONS[:4], "Set", chosen.append, selected=[0])
+    ui.advance(1)
+    ui.tap(ui.find(Txt, text="Mission 3"))
+    ui.tap(ui.find(IconButton, choice, icon=way))
+    assert (chosen, dialogs.sheets.top) == (kept, below)
+    dialogs.sheets.close(below)
 
 
 # ---------------------------------------------------------------------- menu
@@ -221,43 +131,14 @@ def test_a_menu_hands_over_its_key(ui, dialogs):
 
 
 # ---------------------------------------------------------------------- size and memory
-class TallDialog(Dialog):
-    pass
+def question(dialogs: Dialogs) -> tuple[Sheet, Callable[[], object]]:
+    sheet = dialogs.sheets.ask("Sure?", "", "Yes", print, "No")
+    return sheet, lambda: dialogs.sheets.close(sheet)
 
 
-def test_a_dialog_is_as_high_as_it_needs_and_scrolls_beyond(ui, dialogs):
-    Builder.load_string(
-        """
-<TallDialog>:
-    title: "Tall"
-    DialogActions:
-        CommandButton:
-            text: "Close"
-""",
-        filename="tall-dialog",
-    )
-    try:
-        dialog = dialogs.open(TallDialog())
-        for _n in range(3):
-            dialog.add_widget(CommandButton(text="x"))
-        ui.advance()
-        low = dialog.height
-        assert low < 500
-        for _n in range(30):
-            dialog.add_widget(CommandButton(text="x"))
-        ui.advance()
-        assert dialog.height == Window.height - 32
-        assert dialog.ids.page.content_height > dialog.ids.page.height
-        close = ui.find(CommandButton, text="Close")
-        assert close.to_window(*close.pos)[1] > 0  # its buttons stay in sight
-    finally:
-        Builder.unload_file("tall-dialog")
-
-
-KINDS = {
-    "confirm": lambda: ConfirmDialog(title="Sure?", confirm="Yes", decline="No"),
-    "menu": lambda: Menu(items=[MenuItem(1, "Run")], anchor=Window.children[0]),
-}
+def menu(dialogs: Dialogs) -> tuple[Menu, Callable[[], object]]:
+    opened = dialogs.menu(Window.children[0], "", [MenuItem(1, "Run")], print)
+    return opened, opened.dismiss
 
 
 def all_collected(ui, references: list[weakref.ref]) -> bool:
@@ -271,33 +152,33 @@ def all_collected(ui, references: list[weakref.ref]) -> bool:
     return False
 
 
-@pytest.mark.parametrize("kind", list(KINDS))
-def test_closed_dialogs_are_freed(ui, dialogs, kind):
+@pytest.mark.parametrize("kind", [question, menu])
+def test_closed_ones_are_freed(ui, dialogs, kind):
     references = []
     ui.show(CommandButton(text="More"), (200, 64))
     for _n in range(2):
-        dialog = dialogs.open(KINDS[kind]())
+        opened, close = kind(dialogs)
         ui.advance()
-        dialog.dismiss()
-        references.append(weakref.ref(dialog))
-        del dialog
+        close()
+        references.append(weakref.ref(opened))
+        del opened, close
     assert all_collected(ui, references)
 
 
 @pytest.mark.long
-def test_eighty_closed_dialogs_are_all_freed(ui):
+def test_eighty_closed_ones_are_all_freed(ui):
     ui.show(CommandButton(text="More"), (200, 64))
     dialogs, behind = Dialogs(), list(Window.children)
     references = []
     for _round in range(40):
-        for make in KINDS.values():
-            dialog = dialogs.open(make())
+        for kind in (question, menu):
+            opened, close = kind(dialogs)
             ui.advance(0.15)
-            assert dialog.opacity == pytest.approx(1)
-            dialog.dismiss()
+            assert opened.opacity == pytest.approx(1)
+            close()
             ui.advance(0.15)
-            references.append(weakref.ref(dialog))
-            del dialog
+            references.append(weakref.ref(opened))
+            del opened, close
         gc.collect()
     assert len(references) == 80
     assert Window.children == behind

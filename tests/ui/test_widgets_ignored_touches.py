@@ -6,16 +6,17 @@ import pytest
 from kivy.core.window import Window
 from kivy.tests.common import UnitTestTouch
 from kivy.uix.boxlayout import BoxLayout
+from kivy.uix.widget import Widget
 
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.screens.common.view_model import ScreenBase
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import Dialog
 from app.widgets.fields import Field, FieldInput
 from app.widgets.frame import Frame
 from app.widgets.keyboard import DockedKeyboard
+from app.widgets.menu import Menu
 from app.widgets.rest import DOUBLE_TAP, SETTLES
 from app.widgets.scrolling import ScrollPage
 from app.widgets.snackbar import Snackbar, Snackbars
@@ -50,10 +51,10 @@ def page(ui) -> CommandButton:
     return button
 
 
-def opened(ui, dialogs: Dialogs, title: str = "Above") -> Dialog:
-    dialog = dialogs.open(Dialog(title=title))
+def opened(ui, dialogs: Dialogs, title: str = "Above") -> Menu:
+    menu = dialogs.menu(Widget(), title, [], print)
     ui.advance(2 * DOUBLE_TAP)
-    return dialog
+    return menu
 
 
 @pytest.mark.parametrize("fade", [0.1, *at_night(0)])
@@ -106,7 +107,7 @@ def test_ignored_touches_do_not_make_it_longer(ui, page, dialogs):
 
 
 def test_a_finger_that_came_down_before_and_leaves_after_presses_nothing(ui, page, dialogs):
-    dialog = dialogs.open(Dialog(title="Gone soon"))
+    dialog = dialogs.menu(page, "Gone soon", [], print)
     dialog.add_widget(button := CommandButton(text="Clear"))
     done: list[str] = []
     button.bind(on_release=lambda _button: done.append("cleared"))
@@ -131,7 +132,7 @@ def test_a_tap_that_a_page_still_has_to_hand_on_is_lost_with_the_dialog(ui, page
 
 
 def test_a_dialog_behind_another_rests_too(ui, page, dialogs):
-    form = dialogs.open(Dialog(title="Schedule"))
+    form = dialogs.menu(page, "Schedule", [], print)
     form.add_widget(button := CommandButton(text="Save"))
     saved: list[str] = []
     button.bind(on_release=lambda _button: saved.append("saved"))

@@ -19,7 +19,6 @@ from app.services.robots.map_picture import MapPicture, Place
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet
-from app.widgets.dialogs import Dialog
 from app.widgets.fields import Field
 from app.widgets.flow import ChoiceField, ParameterFields
 from app.widgets.positions import OnMap, PositionSheet, PositionsMap, Spot
@@ -133,11 +132,11 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_map(ui, fields):
     chart = open_map(ui)
     finger = UnitTestTouch(*point(chart, 0.2, 0.5))
     finger.touch_down()
-    Dialogs(animate=False).open(dialog := Dialog(title="Late starts"))
+    menu = Dialogs(animate=False).menu(chart, "Late starts", [], print)
     finger.touch_move(*point(chart, 0.7, 0.5))
     finger.touch_up()
     assert chart.chosen == "g-1"
-    dialog.dismiss()
+    menu.dismiss()
 
 
 HALL = (Place("Dock 3", 0.2, 0.5), Place("Press", 0.7, 0.5), Place("Gate", 0.5, 0.9), Place("Line", 0.45, 0.3))

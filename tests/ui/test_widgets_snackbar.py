@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from kivy.core.window import Window
+from kivy.uix.widget import Widget
 
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
@@ -32,10 +33,10 @@ def test_a_message_comes_and_goes(ui, bars):
 
 def test_a_message_stays_in_sight_when_a_dialog_opens_over_it(ui, bars):
     bars.show("Saved")
-    dialog = Dialogs(animate=False).confirm("Sure?", "", "Yes", lambda: None)
+    menu = Dialogs(animate=False).menu(Widget(), "Sure?", [], print)
     ui.advance(0.3)
     assert Window.children[0] is bars.stack
-    dialog.dismiss()
+    menu.dismiss()
     ui.advance(0.3)
 
 

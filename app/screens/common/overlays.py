@@ -1,4 +1,6 @@
-"""Dialogs and menus as calls. Screens get a ``Dialogs`` injected; tests may give them a fake with the same methods."""
+"""Menus, and sheets that ask for a value, as calls.
+
+Screens get a ``Dialogs`` injected; tests may give them a fake with the same methods."""
 
 from __future__ import annotations
 
@@ -8,58 +10,33 @@ from typing import Any
 
 from kivy.uix.widget import Widget
 
-from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Card, MenuItem, Option
 from app.screens.common.sheets import Sheets
 from app.widgets.choices import ChoiceSheet, Picker
-from app.widgets.dialogs import ConfirmDialog, Menu, Overlay
+from app.widgets.menu import Menu
 from app.widgets.pickers import DateSheet, TimeSheet
 from app.widgets.sheet import Sheet
 
 
 class Dialogs:
-    """Opens dialogs and remembers which are open; what asks for a value is one of the ``sheets``. ``animate`` False opens and closes
-    dialogs at once (pictures, tests)."""
+    """Opens menus and remembers which are open; what asks for a value is one of the ``sheets``. ``animate`` False opens and closes
+    menus at once (pictures, tests)."""
 
     def __init__(self, animate: bool = True, sheets: Sheets | None = None) -> None:
         self._animate, self.sheets = animate, sheets or Sheets()
-        self._open: list[Overlay] = []
-
-    def open(self, dialog: Overlay) -> Overlay:
-        """Show a dialog built by the caller."""
-        self._open.append(dialog)
-        dialog.bind(on_dismiss=self._closed)
-        if not self._animate:
-            dialog.show_duration = dialog.hide_duration = 0
-        dialog.open()
-        return dialog
+        self._open: list[Menu] = []
 
     @property
-    def top(self) -> Overlay | Sheet | None:
-        """The topmost open dialog or menu, or what asks for a value."""
+    def top(self) -> Menu | Sheet | None:
+        """The topmost open menu, or what asks for a value."""
         return self._open[-1] if self._open else self.sheets.picker
 
     def close_all(self) -> None:
-        for dialog in reversed(self._open[:]):
-            dialog.hide_duration = 0
-            dialog.dismiss()
+        for menu in reversed(self._open[:]):
+            menu.hide_duration = 0
+            menu.dismiss()
         self.sheets.close(self.sheets.picker)
-
-    def confirm(
-        self,
-        title: str,
-        text: str,
-        action: str,
-        done: Callable[[], object],
-        *,
-        decline: str = "",
-        declined: Callable[[], object] | None = None,
-    ) -> Overlay:
-        """Ask before an action that can't be undone; ``action`` is the word on its button."""
-        dialog = ConfirmDialog(title=title, text=text, confirm=action, decline=decline or _("Keep"))
-        dialog.bind(on_confirmed=lambda *_args: done(), on_declined=lambda *_args: declined() if declined else None)
-        return self.open(dialog)
 
     def choose(
         self,
@@ -130,18 +107,22 @@ class Dialogs:
 
     def menu(
         self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = ""
-    ) -> Overlay:
+    ) -> Menu:
         """Open a menu at ``anchor``; ``done(key)``. ``title``, and ``text`` below it, say what it is about."""
         menu = Menu(items=list(items), anchor=anchor, title=title, text=text)
         menu.bind(on_choose=lambda _menu, key: done(key))
-        return self.open(menu)
+        return self._show(menu)
 
-    def cards(self, anchor: Widget, cards: Sequence[Card], done: Callable[[int, Any], object]) -> Overlay:
+    def cards(self, anchor: Widget, cards: Sequence[Card], done: Callable[[int, Any], object]) -> Menu:
         """Cards about things that overlap at ``anchor``, one at a time; ``done(number, key)``."""
         menu = Menu(cards=list(cards), anchor=anchor)
         menu.bind(on_choose=lambda _menu, key: done(menu.at, key))
-        return self.open(menu)
+        return self._show(menu)
 
-    def _closed(self, dialog: Overlay) -> None:
-        if dialog in self._open:
-            self._open.remove(dialog)
+    def _show(self, menu: Menu) -> Menu:
+        self._open.append(menu)
+        menu.bind(on_dismiss=self._open.remove)
+        if not self._animate:
+            menu.show_duration = menu.hide_duration = 0
+        menu.open()
+        return menu

@@ -59,9 +59,8 @@ Rules
   ``tr._("Save")``; ``root.vm`` is rebindable. In Python: ``_("…")``, and ``ngettext`` for counts; never join parts of sentences.
 - Work over 300 ms is shown: give the button ``busy: root.vm.saving``. Every action has a visible result: the new state, a sentence at the
   field, or ``shell.snackbars.show(_("Saved"))``. Deleting: do it, then ``shell.snackbars.undo(text, _("Undo"), undo)``.
-- Ask only before what can't be undone, or takes more with it: ``shell.sheets.ask(title, text, action, done, keep)``, in Settings
-  ``shell.dialogs.confirm(title, text, action, done)``. ``shell.dialogs`` has also ``choose``, ``choose_many``,
-  ``pick_time``, ``pick_date``, ``menu``, and ``open`` for dialogs of your own (``Dialog``, app/widgets/dialogs.py).
+- Ask only before what can't be undone, or takes more with it: ``shell.sheets.ask(title, text, action, done, keep)``.
+  ``shell.dialogs`` has ``choose``, ``choose_many``, ``pick_time``, ``pick_date`` and ``menu``.
 - A screen has no title of its own: the top bar has its ``tabs`` (``tab``, ``choose_tab``), else its name, and ``can_go_back`` an arrow.
 - Sizes of targets come from ``tk.h_touch``, ``tk.h_field``, ``tk.h_foot``. Glove mode is another density, text size another font scale:
   then frame and screens are built again. Windows are ``root.tall``, ``root.low``, else wide, whatever a banner takes of the page.

@@ -208,14 +208,14 @@ class FrameController:
     def _ask_clock(self) -> None:
         now, settings = self._services.clock.now(), self._facts.settings
         doubt = " ".join(alarm_text(alarm, settings, now) for alarm in self._facts.issues.alarms if doubts_clock(alarm))
-        self._shell.dialogs.confirm(
+        self._shell.sheets.ask(
             _("Is it {day}, {time}?").format(
                 day=formats.day(now, settings.timezone), time=formats.clock_time(now, settings.timezone)
             ),
             doubt + ".\n" + _("If not, set the clock in the tablet's own settings."),
             _("This clock is right"),
             lambda: self._work(self._services.holds.confirm_clock),
-            decline=_("No, send nothing"),
+            _("No, send nothing"),
         )
 
     def _ask_zone(self) -> None:

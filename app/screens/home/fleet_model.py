@@ -46,8 +46,8 @@ from app.screens.home.waiting_model import WaitingModel
 from app.screens.home.wall import Wall
 from app.services.live.changes import Topic
 from app.widgets import finger
-from app.widgets.dialogs import ESCAPE
 from app.widgets.dock import dock
+from app.widgets.menu import ESCAPE
 from app.widgets.rest import rest
 
 PER_FRAME = 0.003  # s for looking at robots, and

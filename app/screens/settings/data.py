@@ -177,7 +177,7 @@ class DataPage(SettingsPage):
         sheet.bind(on_done=self._confirm)
 
     def _confirm(self, sheet: FileSheet) -> None:
-        self.context.shell.dialogs.confirm(
+        self.context.shell.sheets.ask(
             _("Restore the backup of {when}?").format(when=self._when(sheet.path)),
             _(
                 "Settings, robots, missions, schedules and history return to that state, the robots' passwords and the PIN "
@@ -185,6 +185,7 @@ class DataPage(SettingsPage):
             ),
             _("Restore"),
             lambda: sheet.run(self._checked, self._restore),
+            _("Keep"),
         )
 
     def _when(self, path: str) -> str:

@@ -12,7 +12,7 @@ from app.domain.models import FONT_SCALES, Settings
 from app.i18n import _, languages
 from app.screens.common import formats
 from app.screens.common.options import Option
-from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import keyboard_words, theme_names
@@ -95,35 +95,34 @@ class DisplayPage(SettingsPage):
         first = _("Choose {least} to {most} digits. {advised} or more are hard to guess").format(
             least=SHORTEST, most=LONGEST, advised=ADVISED
         )
-        dialog = PinDialog(title=_("New PIN"), text=first)
+        sheet = PinSheet(title=_("New PIN"), text=first)
         chosen: list[str] = []
 
-        def entered(_dialog: PinDialog, pin: str) -> None:
+        def entered(_sheet: PinSheet, pin: str) -> None:
             if not chosen:
                 chosen.append(pin)
                 if is_easy_to_guess(pin):
-                    dialog.ask_again(
+                    sheet.ask_again(
                         _("Easy to guess: one of the first that people try"),
                         _("Enter it again to use it anyway"),
                     )
                 else:
-                    dialog.ask_again(text=_("Enter it again"))
+                    sheet.ask_again(text=_("Enter it again"))
             elif chosen.pop() != pin:
-                dialog.ask_again(_("The PINs don't match"), first)
+                sheet.ask_again(_("The PINs don't match"), first)
             else:
-                dialog.busy = True
+                sheet.busy = True
                 self.context.run(
                     lambda: access.set_pin(pin),
-                    lambda _none: self._pin_set(dialog),
-                    lambda problem: dialog.ask_again(sentence_of(problem), first),
+                    lambda _none: self._pin_set(sheet),
+                    lambda problem: sheet.ask_again(sentence_of(problem), first),
                 )
 
-        dialog.bind(on_entered=entered)
-        self.context.shell.dialogs.open(dialog)
+        sheet.bind(on_entered=entered)
+        self.context.shell.sheets.over(sheet)
 
-    def _pin_set(self, dialog: PinDialog) -> None:
-        dialog.busy = False
-        dialog.dismiss()
+    def _pin_set(self, sheet: PinSheet) -> None:
+        self.context.shell.sheets.close(sheet)
         self.context.say(_("From now on Settings asks for the PIN"), "lock-outline")
         self.context.refresh()
 
@@ -132,9 +131,10 @@ class DisplayPage(SettingsPage):
             self.context.say(_("Settings is open to everyone"), "lock-open-outline")
             self.context.refresh()
 
-        self.context.shell.dialogs.confirm(
+        self.context.shell.sheets.ask(
             _("Remove the PIN?"),
             _("Everyone can change Settings then."),
             _("Remove PIN"),
             lambda: self.context.run(self.context.services.access.remove, removed),
+            _("Keep"),
         )

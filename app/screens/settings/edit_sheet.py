@@ -30,11 +30,12 @@ def ask_and_delete(context: PageContext, it: Any, work: Callable[[], Removed], q
     if not question:
         delete(context, it, work)
         return
-    context.shell.dialogs.confirm(
+    context.shell.sheets.ask(
         _("Delete {name}?").format(name=it.name),
         question,
         _("Delete"),
         lambda: delete(context, it, work),
+        _("Keep"),
     )
 
 

@@ -13,7 +13,7 @@ from kivy.core.window import Window
 from app.domain.clock import Clock as AppClock
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.shell import Shell
 from app.services.live.access import Access, Verdict
 
@@ -37,7 +37,7 @@ class Gate:
 
     def __init__(self, services: GateServices, shell: Shell) -> None:
         self._access, self._clock, self._shell = services.access, services.clock, shell
-        self._dialog: PinDialog | None = None
+        self._sheet: PinSheet | None = None
         self._proceed: Callable[[], object] = lambda: None
         self._used_at = 0.0
         self._tick = Clock.create_trigger(self._every_second, 1, interval=True)
@@ -60,61 +60,58 @@ class Gate:
             proceed()
             return
         self._proceed = proceed
-        if self._dialog is None:
-            self._ask()
+        if self._asking is None:
+            self._sheet = sheet = PinSheet(title=_("Enter the PIN"))
+            sheet.bind(on_entered=self._entered)
+            self._shell.sheets.over(sheet)
+            self._show_wait()
 
-    def _ask(self) -> None:
-        self._dialog = dialog = PinDialog(title=_("Settings"), text=_("Enter the PIN"))
-        dialog.bind(on_entered=self._entered, on_dismiss=self._dismissed)
-        self._shell.dialogs.open(dialog)
-        self._show_wait()
+    @property
+    def _asking(self) -> PinSheet | None:
+        """Until it is closed."""
+        return self._sheet if self._sheet is not None and self._shell.sheets.has(self._sheet) else None
 
-    def _dismissed(self, _dialog: PinDialog) -> None:
-        self._dialog = None
-
-    def _entered(self, dialog: PinDialog, pin: str) -> None:
-        dialog.busy = True
+    def _entered(self, sheet: PinSheet, pin: str) -> None:
+        sheet.busy = True
         self._shell.background.run(lambda: self._access.check(pin), self._checked, self._failed)
 
     def _checked(self, verdict: Verdict) -> None:
-        dialog = self._dialog
-        if dialog is None:  # closed since
+        if (sheet := self._asking) is None:
             return
-        dialog.busy = False
         if verdict.is_right:
-            dialog.dismiss()
+            self._shell.sheets.close(sheet)
             self._used()
             self._proceed()
             return
         left = verdict.tries_left
-        dialog.ask_again(ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", left).format(n=left))
+        sheet.ask_again(ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", left).format(n=left))
         self._show_wait()
 
     def _failed(self, problem: BaseException) -> None:
-        if self._dialog is not None:
-            self._dialog.ask_again()
+        if (sheet := self._asking) is not None:
+            sheet.ask_again()
         self._shell.say_problem(problem)
 
     # ------------------------------------------------------------------ time
     def _show_wait(self) -> None:
         """For how long no PIN is accepted."""
-        dialog, wait_s = self._dialog, self._access.wait_s()
-        if dialog is None:
+        sheet, wait_s = self._asking, self._access.wait_s()
+        if sheet is None:
             return
         if wait_s > 0:
-            dialog.text = _("Forgotten? The person in charge of this tablet can remove it.")
-            dialog.problem = _("Too many wrong PINs: wait {time}").format(time=formats.duration(math.ceil(wait_s)))
-        elif dialog.waiting:
-            dialog.text, dialog.problem = _("Enter the PIN"), ""
-        dialog.waiting = wait_s > 0
+            sheet.text = _("Forgotten? The person in charge of this tablet can remove it.")
+            sheet.problem = _("Too many wrong PINs: wait {time}").format(time=formats.duration(math.ceil(wait_s)))
+        elif sheet.waiting:
+            sheet.text = sheet.problem = ""
+        sheet.waiting = wait_s > 0
 
     def _used(self, *_args: Any) -> None:
         """Something was touched or typed, or another screen is shown."""
         self._used_at = self._clock.monotonic()
 
     def _every_second(self, _dt: float) -> None:
-        if self._dialog is not None and not self._access.is_set():  # removed by command
-            self._dialog.dismiss()
+        if (sheet := self._asking) is not None and not self._access.is_set():  # removed by command
+            self._shell.sheets.close(sheet)
             self._proceed()
         self._show_wait()
         is_alone = self._clock.monotonic() - self._used_at >= LEFT_ALONE_S

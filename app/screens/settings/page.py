@@ -42,12 +42,7 @@ class _DialogsWhile:
         self._is_shown, self._dialogs = is_shown, dialogs
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._dialogs, name) if self._is_shown() else _declined
-
-
-def _declined(*_args: object, declined: Callable[[], object] | None = None, **_named: object) -> None:
-    if declined is not None:
-        declined()
+        return getattr(self._dialogs, name) if self._is_shown() else lambda *_args, **_named: None
 
 
 @dataclass(eq=False)

@@ -92,25 +92,24 @@ class SchedulerPage(SettingsPage):
 
     def _ask_to_delete(self, surplus: int, limit: int) -> None:
         """If Settings has been left, a message says that nothing was deleted."""
-
-        def declined() -> None:
+        if not self.context.is_shown():
+            said = ngettext(
+                "Not changed: {n} run of the history would be deleted",
+                "Not changed: {n} runs of the history would be deleted",
+                surplus,
+            )
             self.show()
-            if not self.context.is_shown():
-                said = ngettext(
-                    "Not changed: {n} run of the history would be deleted",
-                    "Not changed: {n} runs of the history would be deleted",
-                    surplus,
-                )
-                self.context.say(said.format(n=formats.count(surplus)), "information-outline")
-
-        self.context.shell.dialogs.confirm(
+            self.context.say(said.format(n=formats.count(surplus)), "information-outline")
+            return
+        self.context.shell.sheets.ask(
             ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", surplus).format(
                 n=formats.count(surplus)
             ),
             _("The oldest ones beyond the last {limit} are deleted for ever.").format(limit=formats.count(limit)),
             _("Delete"),
             lambda: self.set("history_limit", limit),
-            declined=declined,
+            _("Keep"),
+            declined=self.show,
         )
 
     def pick_timezone(self) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from app.mir.errors import Unreachable
 from app.screens.frame.alarms import AlarmsScreen
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import MenuRow
 from app.widgets.frame import TopBar
 from app.widgets.list_row import ListRow
+from app.widgets.menu import MenuRow
 from app.widgets.tabs import TabButton
 
 

@@ -12,10 +12,10 @@ from app.screens.common.presses import DOUBLE_TAP
 from app.screens.frame import alarms as frame_alarms
 from app.screens.frame.alarms import AlarmsScreen, NoteSheet
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import Menu
 from app.widgets.fields import Field
 from app.widgets.frame import Banner, Frame, TopBar
 from app.widgets.list_row import ListRow
+from app.widgets.menu import Menu
 from tests.ui import checks
 from tests.ui.alarms.listed import fold, menu, open_list, press, row, silence, tab, wait_for_rows
 

@@ -15,10 +15,10 @@ from app.screens.frame.alarms import AlarmsScreen, NoteSheet
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
-from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import Banner, Frame, NavItem, TopBar
 from app.widgets.list_row import ListRow
 from app.widgets.rest import rest
+from app.widgets.sheet import AskSheet
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
 from tests.ui import checks
@@ -146,7 +146,7 @@ def test_a_clock_in_doubt_is_amber_and_right_only_by_a_risky_answer(container, a
     for answer in ("No, send nothing", "This clock is right"):
         ui.tap(ui.find(CommandButton, ui.find(Banner), text="Decide"))
         ui.advance(DOUBLE_TAP)
-        question = ui.find(ConfirmDialog)
+        question = ui.find(AskSheet)
         assert [(button.text, button.style, button.tone) for button in ui.find_all(CommandButton, question)] == [
             ("No, send nothing", "filled", "neutral"),
             ("This clock is right", "outlined", "fault"),

@@ -150,7 +150,7 @@ def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
         open_tile(ui, name)
         ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == name)
         settle(app, ui)
-        app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)
+        app.shell.sheets.ask("Title", "Text", "Yes", lambda: None, "Keep")
         ui.key(ESCAPE)  # closes what is open first
         assert ui.find_all(HomeWide)
         ui.advance(DOUBLE_TAP)

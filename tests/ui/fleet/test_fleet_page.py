@@ -495,10 +495,6 @@ def test_the_wall_view_comes_only_over_a_page_of_a_wall_with_nothing_open(contai
         app.shell.sheets.close(app.shell.sheets.top)
         ui.skip(1)
         assert ui.find_all(WallView)
-        app.shell.dialogs.confirm("Title", "Text", "Yes", lambda: None)  # as an alarm of the frame may
-        ui.skip(1)
-        assert not ui.find_all(WallView)
-        app.shell.dialogs.close_all()
         app.shell.go("logs")
         leave_alone(app, ui)
         assert not ui.find_all(WallView)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from app.screens.home.cards import QueueMenu, SendTile, TodayRow
 from app.screens.home.screen import HomeScreen
 from app.widgets.buttons import CommandButton
-from app.widgets.dialogs import MenuRow
 from app.widgets.frame import TopBar
 from app.widgets.items import Item
 from app.widgets.list_row import RowButton, RowIcon
+from app.widgets.menu import MenuRow
 from app.widgets.tabs import TabButton
 
 QUEUE = ("execution", "item", "more")  # kinds of rows

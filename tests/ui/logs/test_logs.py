@@ -16,8 +16,8 @@ from app.services.files.history_export import COLUMNS
 from app.services.files.places import Place, PlaceKind
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton, MenuChip
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import Menu
 from app.widgets.fields import SearchField
+from app.widgets.menu import Menu
 from app.widgets.snackbar import Snackbar
 from tests.ui.logbook import choose_tab, failures, reset_logs, rows, runs_of, settle, tap
 

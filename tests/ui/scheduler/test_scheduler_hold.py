@@ -13,11 +13,11 @@ from app.services.live.holds import Holds
 from app.services.live.tablet import IS_COPY
 from app.widgets.buttons import ChoiceChip, CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import MenuRow
 from app.widgets.fields import Field, FieldHelp
 from app.widgets.frame import Frame
 from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
+from app.widgets.menu import MenuRow
 from app.widgets.month import MonthDay
 from app.widgets.pickers import DateSheet, TimeSheet
 from app.widgets.sheet import FOOT_RESTS

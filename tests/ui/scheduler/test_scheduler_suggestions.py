@@ -13,8 +13,8 @@ from app.database.connection import Database
 from app.screens.scheduler.advice import SOON
 from app.screens.scheduler.cards import FormSheet, SuggestionRow
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.dialogs import MenuRow
 from app.widgets.fields import Field
+from app.widgets.menu import MenuRow
 from app.widgets.snackbar import Snackbar
 from tests.services import test_suggestions as month_of_kits
 from tests.support.clock import VirtualClock

@@ -9,17 +9,17 @@ from kivy.core.window import Window
 
 from app.domain.clock import SystemClock
 from app.domain.models import Robot
-from app.screens.common.pin_dialog import PinDialog
+from app.screens.common.pin_sheet import PinSheet
 from app.screens.frame.controller import DOUBLE_TAP
 from app.screens.settings.edit_sheet import delete
 from app.screens.settings.gate import LEFT_ALONE_S
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet
-from app.widgets.dialogs import ConfirmDialog
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow
 from app.widgets.number_pad import PadKey
+from app.widgets.sheet import AskSheet
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.alarms.listed import open_list, row, wait_for_rows
@@ -44,14 +44,14 @@ def clock(shared_site) -> list[float]:
     return ahead
 
 
-def press(ui, digits: str) -> PinDialog:
+def press(ui, digits: str) -> PinSheet:
     """Digits, then the key that is done."""
-    dialog = ui.find(PinDialog)
+    sheet = ui.find(PinSheet)
     for digit in digits:
-        ui.tap(ui.find(PadKey, dialog, text=digit))
-    ui.tap(ui.find(PadKey, dialog, icon="check"))
-    ui.wait(lambda: not dialog.busy)
-    return dialog
+        ui.tap(ui.find(PadKey, sheet, text=digit))
+    ui.tap(ui.find(PadKey, sheet, icon="check"))
+    ui.wait(lambda: not sheet.busy or sheet.parent is None)
+    return sheet
 
 
 def current(app) -> str:
@@ -60,7 +60,7 @@ def current(app) -> str:
 
 def unlock(ui, app) -> None:
     press(ui, "4711")
-    ui.wait(lambda: section_rows(ui) and not ui.find_all(PinDialog))
+    ui.wait(lambda: section_rows(ui) and not ui.find_all(PinSheet))
     assert current(app) == "settings"
 
 
@@ -73,16 +73,16 @@ def test_it_is_off_until_it_is_set_twice_the_same(site, app, ui):
     go(ui, "display")
     ui.tap(ui.find(CommandButton, text="Set PIN"))
     press(ui, "123")  # too short: the key does nothing
-    assert ui.find(PinDialog).dots == "•••"
+    assert ui.find(PinSheet).ids.pin_dots.text == "•••"
     ui.tap(ui.find(PadKey, icon="backspace-outline"))
     press(ui, "34")
-    assert ui.find(PinDialog).problem.startswith("Easy to guess")
-    assert "Enter it again to use it anyway" in ui.texts(ui.find(PinDialog))
+    assert ui.find(PinSheet).problem.startswith("Easy to guess")
+    assert "Enter it again to use it anyway" in ui.texts(ui.find(PinSheet))
     press(ui, "1235")  # or another one
-    assert ui.find(PinDialog).problem == "The PINs don't match"
+    assert ui.find(PinSheet).problem == "The PINs don't match"
     press(ui, "1234")
     press(ui, "1234")
-    ui.wait(lambda: not ui.find_all(PinDialog))
+    ui.wait(lambda: not ui.find_all(PinSheet))
     assert site.container.access.check("1234").is_right
     ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
     assert current(app) == "settings"  # who has just set it is in
@@ -92,8 +92,8 @@ def test_a_good_one_is_only_asked_for_again(site, app, ui):
     go(ui, "display")
     ui.tap(ui.find(CommandButton, text="Set PIN"))
     press(ui, "471183")
-    assert ui.find(PinDialog).problem == ""
-    assert "Enter it again" in ui.texts(ui.find(PinDialog))
+    assert ui.find(PinSheet).problem == ""
+    assert "Enter it again" in ui.texts(ui.find(PinSheet))
 
 
 def test_it_is_removed(site, app, ui):
@@ -101,9 +101,9 @@ def test_it_is_removed(site, app, ui):
     site.container.access.set_pin("4711")
     ui.wait(lambda: ui.find_all(CommandButton, text="Change PIN"))
     ui.tap(ui.find(CommandButton, text="Remove PIN"))
-    dialog = ui.find(ConfirmDialog)
+    sheet = ui.find(AskSheet)
     assert site.container.access.is_set()
-    ui.tap(ui.find(CommandButton, dialog, text="Remove PIN"))
+    ui.tap(ui.find(CommandButton, sheet, text="Remove PIN"))
     ui.wait(lambda: ui.find_all(CommandButton, text="Set PIN"))
     assert not site.container.access.is_set()
 
@@ -121,8 +121,8 @@ def test_settings_asks_and_opens_with_the_right_one_only(site, app, ui):
     to_settings(ui)
     assert current(app) == "home"
     press(ui, "0000")
-    assert ui.find(PinDialog).problem == "Wrong PIN, 4 tries left"
-    assert ui.find(PinDialog).dots == ""
+    assert ui.find(PinSheet).problem == "Wrong PIN, 4 tries left"
+    assert ui.find(PinSheet).ids.pin_dots.text == ""
     unlock(ui, app)
     ui.wait(lambda: section_rows(ui))
 
@@ -137,45 +137,58 @@ def test_a_keyboard_does_too(site, app, ui):
     ui.wait(lambda: current(app) == "settings")
 
 
-def test_closing_the_pin_dialog_stays_on_the_screen(site, app, ui):
+def test_closing_the_pin_stays_on_the_screen(site, app, ui):
     site.container.access.set_pin("4711")
     ui.tap(ui.find(NavItem, name="logs"))
     to_settings(ui)
-    ui.tap(ui.find(IconButton, root=ui.find(PinDialog), icon="close"))
-    assert not ui.find_all(PinDialog)
+    ui.tap(ui.find(IconButton, root=ui.find(PinSheet), icon="close"))
+    assert not ui.find_all(PinSheet)
     assert current(app) == "logs"
     assert ui.find(NavItem, name="logs").active
+
+
+def test_the_robot_can_be_paused_while_it_is_asked_for(site, app, ui):
+    site.add_robots()
+    site.container.access.set_pin("4711")
+    ui.wait(lambda: "Ready" in ui.texts())
+    to_settings(ui)
+    press(ui, "47")
+    for command, then in (("Pause", "Resume"), ("Resume", "Pause")):
+        ui.tap(ui.find(CommandButton, text=command))
+        ui.wait(lambda then=then: ui.find_all(CommandButton, text=then))
+        ui.advance(1)  # the button rests
+    assert ui.find(PinSheet).ids.pin_dots.text == "••"
 
 
 def test_after_five_wrong_ones_half_a_minute_is_counted_down(site, app, ui, clock):
     site.container.access.set_pin("4711")
     to_settings(ui)
     for _n in range(TRIES):
-        dialog = press(ui, "0000")
-    assert dialog.waiting
-    assert dialog.problem.startswith("Too many wrong PINs: wait ")
-    assert dialog.text.startswith("Forgotten? The person in charge of this tablet")
-    assert "main.py" not in dialog.text
-    ui.tap(ui.find(PadKey, dialog, text="4"))
-    assert dialog.dots == ""
-    ui.tap(ui.find(IconButton, root=dialog, icon="close"))  # closing it shortens nothing
+        sheet = press(ui, "0000")
+    assert sheet.waiting
+    assert sheet.problem.startswith("Too many wrong PINs: wait ")
+    assert sheet.text.startswith("Forgotten? The person in charge of this tablet")
+    assert "main.py" not in sheet.text
+    ui.tap(ui.find(PadKey, sheet, text="4"))
+    assert sheet.ids.pin_dots.text == ""
+    ui.tap(ui.find(IconButton, root=sheet, icon="close"))  # closing it shortens nothing
     to_settings(ui)
-    dialog = ui.find(PinDialog)
-    assert dialog.waiting
+    sheet = ui.find(PinSheet)
+    assert sheet.waiting
     clock[0] += WAIT_S
     ui.advance(1.1)
-    assert (dialog.waiting, dialog.problem) == (False, "")
+    assert (sheet.waiting, sheet.problem) == (False, "")
     unlock(ui, app)
 
 
 def test_a_removed_pin_is_not_asked_for(site, app, ui):
     site.container.access.set_pin("4711")
     to_settings(ui)
-    assert ui.find_all(PinDialog)
+    assert ui.find_all(PinSheet)
     site.container.access.remove()
     ui.skip(1)
     ui.wait(lambda: app.shell.navigator.current == "settings")
-    ui.wait(lambda: not ui.find_all(PinDialog))
+    ui.wait(lambda: not ui.find_all(PinSheet))
 
 
 # ---------------------------------------------------------------------- how long it stays open
@@ -186,7 +199,7 @@ def test_it_is_asked_again_after_another_tab(site, app, ui):
     ui.tap(ui.find(NavItem, name="home"))
     assert current(app) == "home"
     to_settings(ui)
-    assert ui.find_all(PinDialog)
+    assert ui.find_all(PinSheet)
 
 
 def test_settings_closes_after_two_minutes_without_a_touch(site, app, ui, clock):
@@ -204,7 +217,7 @@ def test_settings_closes_after_two_minutes_without_a_touch(site, app, ui, clock)
     ui.advance(1.1)
     assert current(app) == "home"
     to_settings(ui)
-    assert ui.find_all(PinDialog)
+    assert ui.find_all(PinSheet)
 
 
 def test_without_a_pin_settings_stays_open(site, app, ui, clock):
@@ -221,7 +234,7 @@ def test_glove_mode_asks_for_nothing_in_between(site, app, ui):
     site.container.catalogue.change_settings(gloves=True)
     ui.wait(lambda: ui.find(NavItem, name="home").height >= 64)
     assert current(app) == "settings"
-    assert not ui.find_all(PinDialog)
+    assert not ui.find_all(PinSheet)
 
 
 # ---------------------------------------------------------------------- what is never behind it
@@ -243,7 +256,7 @@ def test_everything_of_the_operators_stays_free(site, app, ui):
     wait_for_rows(ui, 1)
     press_row(ui, row(ui, "off or asleep"), "Acknowledge")
     ui.wait(lambda: not site.container.alarms.open())
-    assert not ui.find_all(PinDialog)
+    assert not ui.find_all(PinSheet)
     ui.skip(DOUBLE_TAP)
     site.container.alarms.raise_("unauthorized", f"robot:{robot.id}", robot="Aino")
     ui.wait(lambda: any("Wrong password" in row.item.title for row in ui.find_all(ListRow)))
@@ -261,7 +274,7 @@ def test_keys_are_for_gloves(site, app, ui, gloves):
     to_settings(ui)
     press(ui, "0000")
     assert all(min(key.size) >= 64 for key in ui.find_all(PadKey))
-    assert checks.problems(ui.find(PinDialog)) == []
+    assert checks.problems(ui.find(PinSheet)) == []
     assert says(ui, "Wrong PIN")
 
 
@@ -290,12 +303,12 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     unlock(ui, app)
     go(ui, "robots")
     choose(ui, "Delete", open_row(ui, "Aino"))
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
-    ui.tap(ui.find(CommandButton, ui.find(ConfirmDialog), text="Delete"))
+    ui.wait(lambda: ui.find_all(AskSheet))
+    ui.tap(ui.find(CommandButton, ui.find(AskSheet), text="Delete"))
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
     ui.tap(ui.find(NavItem, name="home"))
     undo(ui)
-    ui.tap(ui.find(IconButton, root=ui.find(PinDialog), icon="close"))
+    ui.tap(ui.find(IconButton, root=ui.find(PinSheet), icon="close"))
     ui.advance(0.6)
     assert (site.container.catalogue.robots(), app.shell.snackbars.texts) == ([], ["Aino deleted"])
     undo(ui)
@@ -303,7 +316,7 @@ def test_undo_of_a_deletion_in_settings_needs_the_pin(site, app, ui):
     ui.wait(lambda: [robot.name for robot in site.container.catalogue.robots()] == ["Aino"])
     assert (app.shell.snackbars.texts, current(app)) == ([], "home")
     to_settings(ui)
-    assert ui.find_all(PinDialog)  # it was for that alone
+    assert ui.find_all(PinSheet)  # it was for that alone
 
 
 def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
@@ -324,7 +337,7 @@ def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
     ui.wait(lambda: app.shell.snackbars.texts not in ([], ["Aino deleted"]))
     ui.advance(0.6)
     undo(ui)
-    assert ui.find_all(PinDialog)
+    assert ui.find_all(PinSheet)
 
 
 def test_the_person_who_set_the_pin_is_not_asked_for_it(site, app, ui):
@@ -332,5 +345,5 @@ def test_the_person_who_set_the_pin_is_not_asked_for_it(site, app, ui):
     ui.wait(lambda: section_rows(ui))
     site.container.access.set_pin("4711")
     app.shell.go("settings", section="data")  # as an alarm leads there
-    assert not ui.find_all(PinDialog)
+    assert not ui.find_all(PinSheet)
     ui.wait(lambda: app.shell.navigator.screen("settings").vm.current == "data")

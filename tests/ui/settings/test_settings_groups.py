@@ -14,9 +14,10 @@ from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
 from app.widgets.buttons import IconButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.fields import Field, RepeatButton
 from app.widgets.list_row import ListRow
+from app.widgets.menu import MenuRow
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from app.widgets.surfaces import Tap
 from app.widgets.tabs import TabButton
@@ -173,8 +174,8 @@ def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
     turn_to(ui, "Groups")
     open_row(ui, "Hall 1")
     choose(ui, "Delete", ui.find(GroupSheet))
-    ui.wait(lambda: ui.find_all(ConfirmDialog))
-    question = ui.find(ConfirmDialog)
+    ui.wait(lambda: ui.find_all(AskSheet))
+    question = ui.find(AskSheet)
     assert question.title == "Delete Hall 1?"
     assert question.text == (
         "These 2 schedules go with it:\nEvening\nMorning\n\nA start that waits for one of its robots is cancelled.\n"

@@ -8,8 +8,8 @@ from app.screens.settings.data import ImportSheet
 from app.screens.settings.page import SwitchRow
 from app.screens.settings.scheduler import SchedulerPage
 from app.widgets.buttons import Segment, Toggle
-from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field
+from app.widgets.sheet import AskSheet
 from tests.support.history import add_runs
 from tests.ui.integrator import enter, file_sheet, go, is_saved, page, press, says, settings
 
@@ -29,7 +29,7 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     field = keep_the_last(ui, 2)
     ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
     assert says(ui, "The oldest ones beyond the last 2 are deleted for ever.")
-    press(ui, "Keep", ui.find(ConfirmDialog))
+    press(ui, "Keep", ui.find(AskSheet))
     ui.wait(lambda: field.value == 100_000)  # what is kept is shown again
     assert settings(site).history_limit == 100_000
     keep_the_last(ui, 3)  # deletes nothing
@@ -37,7 +37,7 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
     ui.wait(lambda: is_saved(site, app))
     keep_the_last(ui, 1)
     ui.wait(lambda: says(ui, "Delete 2 runs of the history?"))
-    press(ui, "Delete", ui.find(ConfirmDialog))
+    press(ui, "Delete", ui.find(AskSheet))
     ui.wait(lambda: settings(site).history_limit == 1)
 
 
@@ -47,7 +47,7 @@ def test_leaving_before_the_question_says_that_nothing_is_deleted(site, app, ui)
     ui.find(SchedulerPage).step("history_limit", 2)
     app.shell.go("home")
     ui.wait(lambda: "Not changed: 1 run of the history would be deleted" in app.shell.snackbars.texts)
-    assert not ui.find_all(ConfirmDialog)
+    assert not ui.find_all(AskSheet)
     assert settings(site).history_limit == 100_000
 
 
@@ -82,7 +82,7 @@ def test_an_end_of_keeping_all_asks_too(site, app, ui):
     ui.wait(lambda: switch.active)
     ui.tap(ui.find(Toggle, root=switch))
     ui.wait(lambda: says(ui, "Delete 1 run of the history?"))
-    press(ui, "Keep", ui.find(ConfirmDialog))
+    press(ui, "Keep", ui.find(AskSheet))
     ui.wait(lambda: app.shell.background.idle)
     assert settings(site).history_limit is None
     assert switch.active

@@ -12,10 +12,11 @@ from app.screens.settings.missions import MissionRow, MissionSheet
 from app.services.catalogue import mission_edit
 from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import ConfirmDialog, MenuRow
 from app.widgets.display import Notice
 from app.widgets.fields import Field, PickBox, SearchField
+from app.widgets.menu import MenuRow
 from app.widgets.rest import DOUBLE_TAP
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from app.window.key_focus import ESCAPE
 from tests.ui.integrator import enter, go, item_of, missions, page, press, says, section_row, undo
@@ -307,7 +308,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     go(ui, "missions")
     ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Deliver", "Home"])
     dots(ui, "Deliver")
-    question = ui.find(ConfirmDialog)
+    question = ui.find(AskSheet)
     assert question.title == "Delete Deliver?"
     assert question.text.splitlines() == [
         "This schedule goes with it:",
@@ -320,7 +321,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     assert len(missions(site)) == 2
     ui.advance(DOUBLE_TAP)
     dots(ui, "Deliver")
-    press(ui, "Delete", ui.find(ConfirmDialog))
+    press(ui, "Delete", ui.find(AskSheet))
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 1)
     assert says(ui, "Deliver deleted")

@@ -17,9 +17,9 @@ from app.screens.settings.trust import TrustSheet
 from app.services.robots import finder
 from app.widgets.buttons import Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field, PickBox
 from app.widgets.frame import NavItem
+from app.widgets.sheet import AskSheet
 from app.widgets.snackbar import Snackbar
 from tests.hostile.capture import capture
 from tests.integration.mir.servers import pin_of
@@ -339,7 +339,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     sheet = open_row(ui, "Aino")
     enter(ui, sheet.ids.password_field, "typed")
     choose(ui, "Delete", sheet)
-    question = ui.find(ConfirmDialog)
+    question = ui.find(AskSheet)
     assert question.title == "Delete Aino?"
     assert question.text.splitlines()[:4] == [
         "This schedule goes with it:",
@@ -352,7 +352,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     assert len(robots(site)) == 2
     assert ui.find(RobotSheet).vm.password == "typed"
     choose(ui, "Delete", sheet)
-    press(ui, "Delete", ui.find(ConfirmDialog))
+    press(ui, "Delete", ui.find(AskSheet))
     ui.wait(lambda: len(robots(site)) == 1 and not ui.find_all(RobotSheet))
     assert schedules(site) == []
     ui.wait(lambda: says(ui, "Aino deleted"))

@@ -12,8 +12,8 @@ from app.screens.common.threads import forward
 from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
 from app.screens.settings.files import FileSheet
 from app.screens.settings.screen import SettingsScreen, SettingsViewModel
-from app.widgets.dialogs import ConfirmDialog
 from app.widgets.fields import Field
+from app.widgets.sheet import AskSheet
 from tests.ui.integrator import file_sheet, forget_all, press, row_of, says, section_row, section_rows
 
 pytestmark = pytest.mark.long
@@ -77,11 +77,11 @@ def test_a_backup_is_restored_only_after_a_question(site, ui, restored):
     ui.wait(lambda: says(ui, "Backup made"))
     sheet = file_sheet(ui, "Backups", "Restore")
     press(ui, "Restore", sheet)
-    press(ui, "Keep", ui.find(ConfirmDialog))
+    press(ui, "Keep", ui.find(AskSheet))
     assert restored == []
     ui.advance(1)
     press(ui, "Restore", sheet)
-    press(ui, "Restore", ui.find(ConfirmDialog))
+    press(ui, "Restore", ui.find(AskSheet))
     ui.wait(lambda: restored)
     assert restored[0].parent == site.container.db.path.parent / "backups"
 
@@ -92,7 +92,7 @@ def test_a_backup_that_is_damaged_stops_nothing(site, ui, restored):
     (backups / "daily-2026-01-01.db").write_bytes(b"no database")
     sheet = file_sheet(ui, "Backups", "Restore")
     press(ui, "Restore", sheet)
-    press(ui, "Restore", ui.find(ConfirmDialog))
+    press(ui, "Restore", ui.find(AskSheet))
     ui.wait(lambda: "can't be restored" in sheet.problem)
     assert restored == []
 

@@ -8,20 +8,20 @@ from kivy.properties import BooleanProperty, StringProperty
 
 from app.services.live.access import LONGEST, SHORTEST
 from app.widgets import load_kv
-from app.widgets.dialogs import Dialog
+from app.widgets.sheet import Sheet
 
 BACKSPACE, ENTER, KEYPAD_ENTER = 8, 13, 271
 
 
-class PinDialog(Dialog):
+class PinSheet(Sheet):
     """Digits as dots; ``on_entered(pin)`` when they are complete. While ``busy`` or ``waiting`` none are accepted."""
+
+    is_question = True
 
     text = StringProperty()
     pin = StringProperty()
-    dots = StringProperty()
     problem = StringProperty()
     ready = BooleanProperty(False)
-    busy = BooleanProperty(False)  # it is being checked
     waiting = BooleanProperty(False)  # after too many wrong ones
     side_by_side = BooleanProperty(False)  # the dots next to the keys
 
@@ -35,7 +35,6 @@ class PinDialog(Dialog):
         """All digits are entered."""
 
     def on_pin(self, *_args: Any) -> None:
-        self.dots = "•" * len(self.pin)
         self.ready = len(self.pin) >= SHORTEST
 
     def add_digit(self, digit: str) -> None:
@@ -63,5 +62,5 @@ class PinDialog(Dialog):
         elif key in (ENTER, KEYPAD_ENTER):
             self.done()
         else:
-            return bool(super().takes_key(key, text))
+            return False
         return True

@@ -1,0 +1,163 @@
+"""Menus and cards on KivyMD's dialog: Esc and Android's back button close the topmost one."""
+
+from kivy.animation import Animation
+from kivy.core.window import Window
+from kivy.metrics import dp
+from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.uix.widget import Widget
+from kivymd.uix.behaviors import MotionDialogBehavior
+from kivymd.uix.dialog import MDDialog
+
+from app.widgets.lists import Row
+from app.widgets.rest import rest
+from app.widgets.snackbar import SnackbarStack
+from app.widgets.surfaces import TonedTap
+
+ESCAPE = 27  # also Android's back button
+
+
+class Fade(MotionDialogBehavior):
+    """In place of KivyMD's motion, that draws the window 24 times, with stretched letters. A duration of 0 s opens and closes at once."""
+
+    show_duration = NumericProperty(0.1)  # s
+    hide_duration = NumericProperty(0.1)
+
+    def on_open(self, *_):
+        self._fade(1, self.show_duration)
+
+    def on_dismiss(self, *_):
+        self._fade(0, self.hide_duration)
+
+    def _fade(self, opacity, duration):
+        for widget in (self, self._scrim):
+            Animation.stop_all(widget, "opacity")
+            if duration:
+                fade = Animation(opacity=opacity, d=duration)
+                fade.bind(on_complete=self._faded)
+                fade.start(widget)
+            else:
+                widget.opacity = opacity
+                self._faded(None, widget)
+
+    @staticmethod
+    def _faded(_animation, widget):
+        if not widget.opacity:
+            Window.remove_widget(widget)
+
+
+class MenuRow(Row, TonedTap):
+    """One command of a menu."""
+
+    icon = StringProperty()
+    text = StringProperty()
+
+    def on_release(self):
+        self.act("choose")
+
+
+class Menu(MDDialog, Fade):
+    """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge
+    on: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``,
+    and ``text`` under it, it is a card about the ``anchor``; of several ``cards`` (with ``title``, ``text``, ``items``)
+    it shows the one ``at`` that place, and arrows that lead to the others. It lies on whole pixels: text and lines would be blurred
+    elsewhere."""
+
+    cards = ListProperty()
+    at = NumericProperty(0)
+    title = StringProperty()
+    text = StringProperty()
+    items = ListProperty()
+    anchor = ObjectProperty(None)
+
+    __events__ = ("on_choose",)
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        Window.unbind(on_resize=self.update_width)  # only bound while it is open
+        self.fbind("size", self._place)
+        self.fbind("at", self._turned)
+        if self.cards:
+            self._turned()
+
+    def update_width(self, *_):
+        """Said in kv."""
+
+    def open(self):
+        Window.bind(on_keyboard=self._key, on_resize=self._place)  # the one bound last is asked first
+        super().open()
+        for stack in [top for top in Window.children if isinstance(top, SnackbarStack)]:
+            Window.remove_widget(stack)  # messages stay on top
+            Window.add_widget(stack)
+        self._place()
+        rest.let_go()
+        rest.after_opening()
+
+    def dismiss(self, *_):
+        if self._is_open:
+            open_before = _open_menus()
+            Window.unbind(on_keyboard=self._key, on_resize=self._place)
+            super().dismiss()
+            rest.let_go()
+            if _open_menus() == open_before[1:]:  # what is behind it can be reached now
+                rest.after_closing()
+
+    @property
+    def is_open(self) -> bool:
+        """Not while it fades away."""
+        return self._is_open
+
+    def on_choose(self, key):
+        """A command was tapped; the menu is closing."""
+
+    def chosen(self, key) -> None:
+        self.dispatch("on_choose", key)
+        self.dismiss()
+
+    def turn(self, by: int) -> None:
+        """To the next card (1) or the one before (-1), round and round."""
+        self.at = (self.at + by) % len(self.cards)
+
+    def _turned(self, *_):
+        card = self.cards[self.at]
+        self.title, self.text, self.items = card.title, card.text, list(card.items)
+
+    def _place(self, *_):
+        if self._is_open:
+            x, y = self._corner()
+            self.pos = round(x), round(y)
+
+    def _corner(self):
+        edge = dp(8)
+        x, y = self.anchor.to_window(self.anchor.x, self.anchor.y)
+        is_at_left = x + self.anchor.width / 2 < Window.width / 2
+        left = x if is_at_left else x + self.anchor.width - self.width
+        below = y - edge - self.height
+        above = y + self.anchor.height + edge
+        bottom = below if below >= edge else min(above, Window.height - edge - self.height)
+        return min(max(left, edge), Window.width - edge - self.width), max(edge, bottom)
+
+    def _key(self, _window, key, *_args):
+        if key == ESCAPE:
+            self.dismiss()
+        return key == ESCAPE
+
+    def on_touch_down(self, touch):
+        """No touch gets through, and none presses KivyMD's dialog card."""
+        if self._is_open and self.collide_point(*touch.pos):
+            Widget.on_touch_down(self, touch)
+        else:
+            self.dismiss()
+        return True
+
+    def on_touch_move(self, touch):
+        super().on_touch_move(touch)
+        return True
+
+    def on_touch_up(self, touch):
+        super().on_touch_up(touch)
+        return True
+
+
+def _open_menus() -> list[Menu]:
+    """The topmost first."""
+    return [top for top in Window.children if isinstance(top, Menu) and top.is_open]
