@@ -10,7 +10,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
-from urllib.parse import quote
 
 from app.domain.capabilities import OF_A_ROBOT, Capabilities
 from app.domain.check_up import RobotProfile
@@ -18,17 +17,10 @@ from app.domain.message import message
 from app.domain.robot import (
     IdentifiedBy,
     Identity,
-    MapPosition,
-    MissionActions,
-    MissionDetail,
-    MissionInfo,
-    MissionParameter,
     QueueItem,
-    RobotMap,
     RobotState,
     RobotStatus,
 )
-from app.mir import parameters as mission_parameters
 from app.mir import parse, robot_vocabulary
 from app.mir.errors import (
     AnotherRobotDidIt,
@@ -38,14 +30,11 @@ from app.mir.errors import (
     Unnumbered,
     Unreadable,
 )
-from app.mir.mission_queue import UNSUPPORTED, QueueReader
+from app.mir.mission_queue import QueueReader
 from app.mir.robot_vocabulary import in_mir_words
 from app.mir.texts import clean
-from app.mir.transport import API, OF_ALL, OF_STATUS, Response
-from app.mir.verified_requests import LARGEST_OBJECT, VerifiedRequests
-
-MOST_MISSIONS = 2000  # sites have tens to hundreds
-LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times the need of this number
+from app.mir.transport import OF_ALL, OF_STATUS, Response
+from app.mir.verified_requests import VerifiedRequests
 
 T = TypeVar("T")
 
@@ -87,49 +76,6 @@ class RobotClient(VerifiedRequests):
                 ),
             )
         except (Refusal, Unreadable, NotAMir):
-            return None
-
-    # ------------------------------------------------------------------ missions
-    def missions(self) -> list[MissionInfo]:
-        """All missions of the site that the robot has. Raises Unreadable for more than MOST_MISSIONS."""
-        return self._get(
-            "/missions",
-            lambda found: parse.listed(found, message("the mission list"), parse.mission_info, MOST_MISSIONS),
-            largest=LARGEST_MISSIONS,
-        )
-
-    def mission(self, guid: str) -> MissionDetail:
-        """Raises Rejected with status 404 when the robot has no such mission."""
-        return self._get(f"/missions/{_segment(guid)}", parse.mission_detail)
-
-    def parameters(self, guid: str) -> list[MissionParameter] | None:
-        """Parameters required when this mission is queued; [] for most missions. None: the robot does not say. Raises
-        Rejected with status 404 when it has no such mission."""
-        mission = self.mission(guid)
-        if mission.has_user_parameters is False:
-            return []
-        own = f"{API}/missions/{_segment(guid)}"
-        defined, of_actions = (
-            self._parameters(url, read)
-            for url, read in (
-                (mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
-                (mission.actions_url or f"{own}/actions", mission_parameters.from_actions),
-            )
-        )
-        found = mission_parameters.with_meaning(defined or (), of_actions or ())
-        return found or (None if mission.has_user_parameters or of_actions is None else [])
-
-    def actions(self, guid: str) -> MissionActions:
-        """Facts from the mission's actions."""
-        url = self.mission(guid).actions_url or f"{API}/missions/{_segment(guid)}/actions"
-        return self._get(url.removeprefix(API), mission_parameters.actions, largest=None)
-
-    def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter] | None:
-        try:
-            return self._get(url.removeprefix(API), read, largest=None)
-        except Refusal as error:
-            if error.status not in UNSUPPORTED:
-                raise
             return None
 
     # ------------------------------------------------------------------ the queue
@@ -216,40 +162,10 @@ class RobotClient(VerifiedRequests):
         """Answer the question with this guid (``RobotStatus.user_prompt``)."""
         return self._put_status({"guid": guid, "answer": answer})
 
-    def map(self, map_id: str) -> RobotMap:
-        """Picture and scale of a map; ``RobotStatus.map_id`` is the current one."""
-        return self._get(f"/maps/{_segment(map_id)}", parse.robot_map, largest=None)
-
-    def positions(self, map_id: str | None = None) -> list[MapPosition]:
-        """Named places, of one map or of all. With coordinates if the robot supports the whitelist."""
-        path = f"/maps/{_segment(map_id)}/positions" if map_id else "/positions"
-        return self._get(
-            path,
-            lambda found: parse.listed(
-                found, message("the list of positions"), lambda entry: parse.map_position(entry, map_id)
-            ),
-            {"whitelist": "all"},
-            largest=None,
-        )
-
-    def position(self, guid: str) -> MapPosition:
-        """With its coordinates. Raises Rejected with status 404 when the robot has no such position."""
-        return self._get(f"/positions/{_segment(guid)}", parse.position)
-
     # ------------------------------------------------------------------ requests
     def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
         """Any request, for a check-up: an answer of success as it came. Raises RobotError."""
         return self._request(method, path, query=query, json=json)
-
-    def _get(
-        self,
-        path: str,
-        read: Callable[[Any], T],
-        query: Mapping[str, str] | None = None,
-        *,
-        largest: int | None = LARGEST_OBJECT,
-    ) -> T:
-        return self._read(self._request("GET", path, query=query), read, largest)
 
     def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
         self.on_pause()
@@ -270,8 +186,3 @@ class RobotClient(VerifiedRequests):
             return None
         self._check_serial_number(status, AnotherRobotDidIt)
         return status
-
-
-def _segment(identifier: str) -> str:
-    """One segment of a path."""
-    return quote(identifier, safe="", errors="replace")

@@ -61,6 +61,12 @@ class Token:
         return cls(header)
 
     @property
+    def headers(self) -> dict[str, str]:
+        """What carries it in a request."""
+        name, _, key = self.header.partition(" ")
+        return {API_KEY: key} if name == API_KEY else {"Authorization": self.header} if self.header else {}
+
+    @property
     def is_published_default(self) -> bool:
         """Whether this is one of the default users and passwords that MiR's manuals print."""
         return any(self == Token.derive(user, user.lower()) for user in _PUBLISHED)

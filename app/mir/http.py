@@ -259,8 +259,8 @@ class _Adapter(requests.adapters.HTTPAdapter):
 class HttpTransport:
     """Reads keep their connection open; everything else gets a fresh one, as the robot may just be closing an open one."""
 
-    def __init__(self, address: Address, token: Token, certificate_sha256: str | None = None) -> None:
-        self._address, self._adapter = address, _Adapter()
+    def __init__(self, address: Address, token: Token, certificate_sha256: str | None = None, base: str = API) -> None:
+        self._address, self._base, self._adapter = address, base, _Adapter()
         kind, tls = RobotConnection, dict[str, Any]()
         if address.is_secure:
             pin = normalise_fingerprint(certificate_sha256) if certificate_sha256 else None
@@ -277,7 +277,7 @@ class HttpTransport:
             "Content-Type": "application/json",
             "User-Agent": "AMR-Scheduler",
         }
-        self._credentials = {"Authorization": token.header} if token else {}
+        self._credentials = token.headers
 
     def send(
         self,
@@ -321,7 +321,7 @@ class HttpTransport:
         request, headers = requests.PreparedRequest(), {"Connection": "keep-alive"}
         request.method, request.url = (
             method,
-            f"{self._address.url}{API}{path}" + (f"?{urlencode(query, safe=',')}" if query else ""),
+            f"{self._address.url}{self._base}{path}" + (f"?{urlencode(query, safe=',')}" if query else ""),
         )
         if method != "GET":
             body = b"" if json is None else json_module.dumps(json, allow_nan=False).encode("ascii")

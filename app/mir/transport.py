@@ -62,9 +62,9 @@ class Transport(Protocol):
         is_wanted: Callable[[], bool] | None = None,
         with_credentials: bool = True,
     ) -> Response:
-        """Send and return the answer, with any status. ``path`` is below ``/api/v2.0.0``; ``json`` None means no body.
-        ``is_wanted``, for what changes something, is asked once the connection is open. ``with_credentials``: with the
-        credentials.
+        """Send and return the answer, with any status. ``path`` is below the base of the API, for robots
+        ``/api/v2.0.0``; ``json`` None means no body. ``is_wanted``, for what changes something, is asked once the
+        connection is open. ``with_credentials``: with the credentials.
 
         Raises Unreachable or NotWanted when nothing was sent, TimedOut, ConnectionLost or Unreadable when something
         was.

@@ -7,12 +7,10 @@ sent only if that was done in the last seconds; otherwise they do it first.
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping
+from typing import Any
 
 from app.domain.check_up import NOTHING_KNOWN, RobotProfile
-from app.domain.message import message
 from app.domain.robot import (
     IdentifiedBy,
     RobotStatus,
@@ -22,62 +20,40 @@ from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.errors import (
     AnotherRobot,
-    Busy,
-    ConnectionLost,
     NotAMir,
     Rejected,
     RobotError,
-    RobotFault,
     SerialNumberHidden,
     Unauthorized,
-    Unreadable,
 )
-from app.mir.http import HttpTransport
-from app.mir.texts import clean, resolve
-from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Pace, Response, Timeouts, Transport
+from app.mir.rest import again_if_stale
+from app.mir.stored_data import StoredData
+from app.mir.texts import clean
+from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Response, Timeouts
 
-LARGEST_OBJECT = 256 * 1024  # bytes of an answer about one thing: a status, a queue item, an error
 VERIFIED_FOR = 10.0  # s for which credentials may be sent, while the connection that returned the serial number is open
 VERIFIED_WITHOUT = 2.0  # the same if that connection was closed right after the answer
 
-T = TypeVar("T")
 
-
-class VerifiedRequests:
-    """``clock`` is a monotonic clock in seconds; ``transport`` replaces HTTP in simulations.
-
-    ``serial_number`` is the known one, None before the first contact. ``identified_by`` is how it was identified last:
-    a robot that used to show its serial number without credentials gets none when it no longer does. ``pace`` is shared
-    by all clients of the robot.
-    """
+class VerifiedRequests(StoredData):
+    """``serial_number`` is the known one, None before the first contact. ``identified_by`` is how it was identified
+    last: a robot that used to show its serial number without credentials gets none when it no longer does."""
 
     def __init__(
         self,
         address: Address,
         token: Token,
         *,
-        certificate_sha256: str | None = None,
         serial_number: str | None = None,
         identified_by: IdentifiedBy | None = None,
-        transport: Transport | None = None,
-        clock: Callable[[], float] = time.monotonic,
         profile: RobotProfile | None = None,
-        pace: Pace | None = None,
+        **options: Any,
     ) -> None:
-        self.address, self.serial_number, self.identified_by = address, serial_number, identified_by
-        self.has_default_password = token.is_published_default
+        super().__init__(address, token, **options)
+        self.serial_number, self.identified_by = serial_number, identified_by
         self._verified_at, self._verified_over, self._verified_as = -math.inf, object(), serial_number
-        self._has_answered = False  # as HTTP
-        self._clock = clock
-        self.timeouts = Timeouts()
-        self._transport = transport or HttpTransport(address, token, certificate_sha256)
-        self.on_pause: Callable[[], None] = lambda: None  # called between the many requests of a long read
-        self._profile, self.pace = NOTHING_KNOWN, pace or Pace(clock)
+        self._profile = NOTHING_KNOWN
         self.use_profile(profile)
-
-    def close(self) -> None:
-        """Close the connection; a later call opens a new one."""
-        self._transport.close()
 
     def use_profile(self, profile: RobotProfile | None) -> None:
         """The check-up's profile of the robot in its present state; None: none."""
@@ -111,7 +87,7 @@ class VerifiedRequests:
         """And whether it is given without credentials."""
         try:
             try:
-                return _again_if_stale(lambda: self._send("GET", "/status", with_credentials=False)), True
+                return again_if_stale(lambda: self._send("GET", "/status", with_credentials=False)), True
             except Unauthorized:
                 self._check_may_be_hidden()
                 return self._send("GET", "/status"), False
@@ -147,20 +123,6 @@ class VerifiedRequests:
         )
         return self._read(answer, lambda found: parse.status(found, software=software, date=date, elapsed_s=elapsed_s))
 
-    def _read(self, answer: Response, read: Callable[[Any], T], largest: int | None = LARGEST_OBJECT) -> T:
-        """Parse a body of at most ``largest`` bytes, as parsing megabytes blocks every thread. Raises Unreadable or
-        NotAMir, with the robot's address."""
-        if largest is not None and len(answer.body) > largest:
-            raise Unreadable(code="too_large", address=self.address.netloc, limit=largest >> 10)
-        try:
-            return read(parse.loads(answer.body))
-        except Unreadable as error:
-            if answer.body[:200].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
-                raise NotAMir(code="web_page", address=self.address.netloc) from None
-            raise error.at(self.address.netloc) from None
-        except RobotError as error:
-            raise error.at(self.address.netloc) from None
-
     def _request(
         self,
         method: str,
@@ -179,7 +141,7 @@ class VerifiedRequests:
             self._verify(OF_STATUS)
             return self._send(method, path, query=query, json=json)
 
-        return _again_if_stale(send)
+        return again_if_stale(send)
 
     def _order(self, method: str, path: str, json: Any = None) -> Response:
         """The same of what a person orders, which does not wait for its turn."""
@@ -194,60 +156,9 @@ class VerifiedRequests:
             except RobotError as error:
                 raise error.unsent() from None
 
-    def _send(
-        self,
-        method: str,
-        path: str,
-        *,
-        query: Mapping[str, str] | None = None,
-        json: Any = None,
-        is_wanted: Callable[[], bool] | None = None,
-        with_credentials: bool = True,
-    ) -> Response:
-        """The answer, if its status is one of success. Raises RobotError."""
+    def _exchange(self, method: str, path: str, **parts: Any) -> Response:
         try:
-            answer = self._transport.send(
-                method,
-                path,
-                query=query,
-                json=json,
-                timeout=self.timeouts,
-                is_wanted=is_wanted,
-                with_credentials=with_credentials,
-            )
-        except RobotError as error:
+            return super()._exchange(method, path, **parts)
+        except RobotError:
             self._verified_at = -math.inf  # what answers next may be another machine
-            if type(error) is ConnectionLost and not (self._has_answered or self.address.is_secure):
-                error = ConnectionLost(code="lost_over_http")
-            raise error.at(self.address.netloc) from None
-        self._has_answered = True
-        if 200 <= answer.status < 300:
-            return answer
-        raise self._problem_of(answer)
-
-    def _problem_of(self, answer: Response) -> RobotError:
-        status, address = answer.status, self.address.netloc
-        if status < 200:
-            return Unreadable(address=address, problem=message("status {status}", status=status))
-        if status < 400:
-            target = clean(answer.headers.get("Location", ""), 100) or "elsewhere"
-            return NotAMir(code="redirected", address=address, target=target)
-        if status in (401, 403):
-            return Unauthorized(status=status, address=address)
-        try:
-            found = parse.loads(answer.body) if len(answer.body) <= LARGEST_OBJECT else None
-        except Unreadable:
-            found = None
-        found = found if isinstance(found, dict) else {}
-        kind = Rejected if status < 500 else Busy if status == 503 else RobotFault
-        return kind(status=status, address=address, reason=resolve(found.get("error_human"), 300))
-
-
-def _again_if_stale(ask: Callable[[], T]) -> T:
-    """Read again on a new connection if the robot was just closing the open one."""
-    try:
-        return ask()
-    except ConnectionLost as error:
-        if not error.is_stale:
             raise
-    return ask()
