@@ -144,7 +144,7 @@ class RobotClient(VerifiedRequests):
         """Abort one item. It stays in the robot's list as Aborted."""
         self._order("DELETE", f"/mission_queue/{queue_id}")
 
-    def clear_queue(self) -> None:
+    def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
         """Abort everything pending and executing, of the app and of others."""
         self._order("DELETE", "/mission_queue")
 

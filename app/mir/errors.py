@@ -57,6 +57,12 @@ SENTENCES: Mapping[str, str] = {
     "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent. Is it still the same robot?",
     "another_robot_did_it": "{address} has serial number {found} instead of {expected}, and that machine got the command. Is it still the "
     "same robot?",
+    "another_fleet": "another fleet ({found}) answers at {address} than the known one ({expected}), so nothing was sent",
+    "not_a_fleet": "{address} is a single robot, not a fleet: add it as a robot",
+    "vehicle_unavailable": "the fleet at {address} has no contact with the robot ({state})",
+    "not_in_fleet": "the fleet at {address} doesn't have this robot any more",
+    "not_shown_yet": "{address} took the mission, but doesn't show it yet",
+    "old_fleet": "the fleet at {address} has software {version}: the app needs {least} or later",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
     "unnumbered": "{address} took the mission, but didn't say under which number",
     "too_long": "{address} gave an answer longer than {limit} MiB, or in too many pieces",
@@ -207,6 +213,12 @@ class AnotherRobot(NotAMir):
     delivery = Delivery.NOT_SENT
 
 
+class AnotherFleet(AnotherRobot):
+    """Another fleet (``found``) answers than the ``expected`` one, so the request was not sent."""
+
+    code = "another_fleet"
+
+
 class AnotherRobotDidIt(AnotherRobot):
     """The same, but that machine received the request."""
 
@@ -218,6 +230,26 @@ class SerialNumberHidden(NotAMir):
     """The robot at this address has always shown its serial number, ``expected``; what answers now does not."""
 
     code = "serial_number_hidden"
+
+
+class VehicleUnavailable(RobotError):
+    """The fleet answers, but has no contact with the robot, or no such robot."""
+
+    code = "vehicle_unavailable"
+    delivery = Delivery.NOT_SENT
+
+
+class NotShownYet(RobotError):
+    """The fleet has taken a mission that it does not show: it may still come, or never."""
+
+    code = "not_shown_yet"
+
+
+class OldFleet(NotAMir):
+    """The fleet's software lacks what is needed to order a mission exactly once."""
+
+    code = "old_fleet"
+    delivery = Delivery.NOT_SENT
 
 
 class Unreadable(RobotError):

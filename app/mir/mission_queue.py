@@ -33,10 +33,11 @@ Known = dict[int, QueueItem | None]
 
 
 class QueueReader:
-    """``ask(method, path, query, json)`` gives the entries of a list, ``read_item`` one whole item; both raise RobotError."""
+    """``ask(method, path, query, json)`` gives the entries of a list, ``read_item`` one whole item; both raise RobotError.
+    ``path``: of the list."""
 
-    def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem]) -> None:
-        self._ask, self._read_item = ask, read_item
+    def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem], path: str = "/mission_queue") -> None:
+        self._ask, self._read_item, self._path = ask, read_item, path
         self._has_search: bool | None = None  # None: not known yet
         self._page, self._limits_pages = (
             PAGE,
@@ -73,7 +74,7 @@ class QueueReader:
     def _without_end(self) -> list[QueueItem]:
         """Among the newest, on a robot with words of its own for states, which can't be searched for."""
         entries = self._ask(
-            "GET", "/mission_queue", {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None
+            "GET", self._path, {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None
         )
         items = [parse.listed_item(entry) for entry in entries if parse.is_whole_item(entry)]
         return sorted((item for item in items if item.may_be_open), key=lambda item: item.id)
@@ -154,7 +155,7 @@ class QueueReader:
             return False
 
     def ids(self, query: Mapping[str, str]) -> list[int]:
-        return [parse.queue_id(entry) for entry in self._ask("GET", "/mission_queue", query, None)]
+        return [parse.queue_id(entry) for entry in self._ask("GET", self._path, query, None)]
 
     def _search(
         self, filter_: Mapping[str, Any], wanted: Wanted, known: Known | None = None, floor: int | None = None
@@ -164,13 +165,13 @@ class QueueReader:
         entries = self._by_search(filter_, wanted, floor) if self._has_search is not False else None
         if entries is not None:
             return self._whole(entries, known), self._is_complete
-        entries = list(self._pages("GET", "/mission_queue", None, wanted, floor))
+        entries = list(self._pages("GET", self._path, None, wanted, floor))
         return self._whole(entries, known), self._does_sort and self._is_complete
 
     def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted, floor: int | None) -> list[parse.Object] | None:
         """None: the robot does not offer it; only for now, if it did before (it may be booting)."""
         try:
-            entries = list(self._pages("POST", "/mission_queue/search", {"filters": [filter_]}, wanted, floor))
+            entries = list(self._pages("POST", f"{self._path}/search", {"filters": [filter_]}, wanted, floor))
         except Refusal as error:
             if error.status not in UNSUPPORTED:
                 raise

@@ -320,6 +320,8 @@ def listed_item(value: Any) -> QueueItem:
         started=instant(value.get("started")),
         finished=instant(value.get("finished")),
         created_by_name=clean(value.get("created_by_name"), 80),
+        vehicle=clean(value.get("vehicle"), 80),
+        vehicle_name=clean(value.get("vehicle_name"), 80),
     )
 
 

@@ -104,9 +104,9 @@ class Target(Protocol):
     def cancel(self, queue_id: int, token: str = "") -> None:
         """Cancel one order."""
 
-    def clear_queue(self) -> None:
-        """Cancel everything of this robot that may be cancelled for it: on a robot all of its queue, on a fleet the
-        app's own orders."""
+    def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
+        """Cancel everything on a robot, of the app and of others; on a fleet only the app's ``own`` orders, by their
+        ids and tokens."""
 
     # ------------------------------------------------------------------ the robot
     def set_state(self, state: RobotState) -> RobotStatus | None:

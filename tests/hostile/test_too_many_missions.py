@@ -12,8 +12,8 @@ import pytest
 from app.domain.models import Robot
 from app.mir import parse
 from app.mir.client import RobotClient
-from app.mir.stored_data import MOST_MISSIONS
 from app.mir.errors import Unreadable
+from app.mir.stored_data import MOST_MISSIONS
 from app.screens.settings.view import went_wrong
 from app.services.robots.missions import RobotMissions
 from tests.support.clock import VirtualClock

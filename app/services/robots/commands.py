@@ -288,10 +288,11 @@ class Operator:
         """Cancel everything pending or executing on the robot, and starts that wait for it here; even if it is unknown
         whether the robot has done it. Nothing is sent to it until then."""
         with self._clearing.of(robot_id) as cleared:
-            cleared.rows = frozenset(row.id for row in self._ledger.open_for(robot_id))
+            rows = self._ledger.open_for(robot_id)
+            cleared.rows = frozenset(row.id for row in rows)
             try:
                 with self._client(robot_id, "Clear queue") as client:
-                    client.clear_queue()
+                    client.clear_queue({row.queue_id: row.token for row in rows if row.queue_id is not None})
             except RobotError as error:
                 if not error.certainly_without_effect:
                     self._ledger.cancel(cleared.rows, ReasonCode.QUEUE_CLEARED)

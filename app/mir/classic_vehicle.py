@@ -1,0 +1,392 @@
+"""A robot of a classic fleet (``/api/v2.0.0/mission_scheduler``), or whichever robot that fleet chooses.
+
+Orders have numbers that grow, shared by all of the fleet's clients, and give back the description with the token where
+the check-up has seen that. The collection is never deleted, as others' orders are in it, and the fleet's own state never
+set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from app.domain.capabilities import Capabilities, FindBy
+from app.domain.check_up import NOTHING_KNOWN, RobotProfile
+from app.domain.message import message
+from app.domain.models import ANY_VEHICLE
+from app.domain.robot import FleetIdentity, IdentifiedBy, Identity, QueueItem, RobotState, RobotStatus
+from app.mir import fleet_vocabulary, parse
+from app.mir.address import Address, InvalidAddress
+from app.mir.client import RobotClient
+from app.mir.credentials import Token
+from app.mir.errors import (
+    AnotherFleet,
+    AnotherRobot,
+    NotAMir,
+    Rejected,
+    RobotError,
+    Unnumbered,
+    Unreadable,
+    VehicleUnavailable,
+)
+from app.mir.fleet_connection import FleetConnection
+from app.mir.mission_queue import QueueReader
+from app.mir.own_api import OwnApi
+from app.mir.rest import again_if_stale
+from app.mir.robot_vocabulary import LONGEST_DESCRIPTION, in_mir_words
+from app.mir.stored_data import LARGEST_MISSIONS, StoredData
+from app.mir.texts import clean
+from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Response, Timeouts, Transport
+
+ORDERS = "/mission_scheduler"
+FIELDS = "id,ip,name,active,serial_number,robot_model,fleet_state,fleet_state_text,status"
+USER_KNOWN_FOR = 10.0  # s for which the fleet is known by the app's user there
+VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet
+NORMAL = "normal"  # the fleet's state in which it gives orders to robots
+BUILT_IN = "mirconst"  # guids that are the same on all fleets begin so
+
+OF_A_VEHICLE = Capabilities(
+    find_by=FindBy.MATCH,
+    pause=False,
+    clear_error=False,
+    failure_text=False,
+    registers=False,
+)
+
+
+class Fleet(NamedTuple):
+    """What one request says of all robots, by their ids."""
+
+    vehicles: Mapping[str, parse.Object]
+    answer: Response
+    elapsed_s: float
+
+
+class ClassicVehicle(StoredData):
+    """A ``Target``.
+
+    ``vehicle``: the robot's id at the fleet, or ANY_VEHICLE. ``serial_number``: the known one of that robot.
+    ``fleet_identity``: as ``identify_fleet`` found it, None before. ``reach`` replaces HTTP to a robot's own address in
+    simulations.
+    """
+
+    def __init__(
+        self,
+        address: Address,
+        token: Token,
+        vehicle: str,
+        *,
+        connection: FleetConnection,
+        serial_number: str | None = None,
+        identified_by: IdentifiedBy | None = None,
+        fleet_identity: str | None = None,
+        profile: RobotProfile | None = None,
+        reach: Callable[[Address], Transport | None] = lambda _address: None,
+        **options: Any,
+    ) -> None:
+        super().__init__(address, token, clock=connection.clock, pace=connection.pace, **options)
+        self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
+        self.fleet_identity, self._connection, self._reach, self._token = fleet_identity, connection, reach, token
+        self._user, self._user_name = "", ""
+        self._is_any = vehicle == ANY_VEHICLE
+        self._followed: set[int] = set()  # orders that were asked for by number, for ANY_VEHICLE
+        self._queue = QueueReader(self._entries, self._next_item, ORDERS)
+        self._profile = NOTHING_KNOWN
+        self._words = self._in_words(NOTHING_KNOWN)
+        self.use_profile(profile)
+
+    def use_profile(self, profile: RobotProfile | None) -> None:
+        self._profile = profile or NOTHING_KNOWN
+        self.pace.rest = self._profile.rest
+        self.timeouts = Timeouts().at_least(self._profile.timeout_s)
+        self._words = self._in_words(self._profile)
+        self._queue.use_profile(self._words)
+
+    @staticmethod
+    def _in_words(profile: RobotProfile) -> RobotProfile:
+        return replace(profile, item_states={**fleet_vocabulary.ORDER_STATES, **profile.item_states})
+
+    @property
+    def capabilities(self) -> Capabilities:
+        reaches = not self._is_any and self._connection.notes.get(("reaches", self.vehicle)) is True
+        find_by = FindBy.TOKEN if self._profile.token_field else FindBy.MATCH
+        return replace(
+            OF_A_VEHICLE,
+            find_by=find_by,
+            any_vehicle=self._is_any,
+            pause=reaches,
+            clear_error=reaches,
+            failure_text=reaches,
+            prompts=not self._is_any,
+        )
+
+    # ------------------------------------------------------------------ who it is
+    def status(self) -> RobotStatus:
+        """By one request for all robots of the fleet. Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where
+        the fleet has no contact with the robot."""
+        return self._status(within=1.0)
+
+    def _status(self, within: float) -> RobotStatus:
+        self._check_fleet()
+        mode = self._mode()
+        if self._is_any:
+            fleet = self._fleet(within)
+            state = RobotState.UNKNOWN if mode else RobotState.READY
+            date = parse.http_date(fleet.answer.headers.get("Date", ""))
+            return RobotStatus(state=state, state_text=mode, date=date, elapsed_s=fleet.elapsed_s)
+        vehicle, fleet = self._vehicle(within)
+        found = parse.text_or_none(vehicle.get("serial_number"))
+        if self.serial_number and found and found != self.serial_number:
+            raise AnotherRobot(address=self.address.netloc, expected=self.serial_number, found=found)
+        if not fleet_vocabulary.has_contact(vehicle):
+            text = clean(vehicle.get("fleet_state_text"), 80) or "?"
+            raise VehicleUnavailable(address=self.address.netloc, state=text)
+        date = parse.http_date(fleet.answer.headers.get("Date", ""))
+        return fleet_vocabulary.vehicle_status(vehicle, mode, date, fleet.elapsed_s)
+
+    def _vehicle(self, within: float) -> tuple[parse.Object, Fleet]:
+        """From the list of all; by a request of its own where the list is short. Raises VehicleUnavailable where the
+        fleet has no such robot."""
+        fleet = self._fleet(within)
+        listed = fleet.vehicles.get(self.vehicle)
+        if listed is not None and "fleet_state" in listed and "status" in listed:
+            return listed, fleet
+        try:
+            alone = self._connection.shared(f"robot {self.vehicle}", lambda: self._alone(self.vehicle), within)
+        except Rejected as error:
+            if error.status not in (404, 410):
+                raise
+            raise VehicleUnavailable(code="not_in_fleet", address=self.address.netloc) from None
+        return alone, fleet
+
+    def _alone(self, number: str) -> parse.Object:
+        return self._get(f"/robots/{number}", lambda found: parse.object_(found, message("the robot")))
+
+    def _fleet(self, within: float) -> Fleet:
+        return self._connection.shared("robots", self._all_robots, within)
+
+    def _all_robots(self) -> Fleet:
+        began = self._clock()
+        answer = self._request("GET", "/robots", query={"whitelist": FIELDS}, share=OF_STATUS)
+        rows = self._read(answer, lambda found: parse.objects(found, message("the list of robots")), LARGEST_MISSIONS)
+        by_id = {number: row for row in rows if (number := parse.text_or_none(row.get("id")))}
+        self._connection.notes["names"] = {number: clean(row.get("name"), 80) for number, row in by_id.items()}
+        return Fleet(by_id, answer, self._clock() - began)
+
+    def _mode(self) -> str:
+        """The fleet's own state, if it gives no orders to robots in it; else ""."""
+        return self._connection.shared("mode", self._ask_mode)
+
+    def _ask_mode(self) -> str:
+        try:
+            found = self._get("/status", lambda found: parse.single(found, message("the fleet's state")))
+        except Rejected:
+            return ""
+        if "state_id" in found or "battery_percentage" in found:
+            raise NotAMir(code="not_a_fleet", address=self.address.netloc)
+        mode = clean(found.get("state"), 80)
+        return "" if mode.casefold() == NORMAL else mode
+
+    def identify(self) -> Identity:
+        """Also looks whether the robot's own API can be reached, for what the fleet can't do."""
+        status = self.status()
+        self._name_of_fleet()
+        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else IdentifiedBy.ADDRESS
+        if not self._is_any:
+            self._connection.notes["reaches", self.vehicle] = self._reaches_robot()
+        return Identity(status, self._user_name, status.software, self.identified_by)
+
+    def identify_fleet(self) -> FleetIdentity:
+        """The fleet, and its robots as it lists them. Its name, which tells it from others, is the guid of the app's
+        own user there; None where that is one of the users that all fleets have."""
+        found = (row if "name" in row else self._alone(number) for number, row in self._fleet(0.0).vehicles.items())
+        vehicles = sorted((fleet_vocabulary.vehicle(row) for row in found), key=lambda each: int(each.id))
+        return FleetIdentity(self._name_of_fleet(), None, tuple(vehicles))
+
+    def _name_of_fleet(self) -> str | None:
+        self._user, self._user_name = self._connection.shared("user", self._ask_user, USER_KNOWN_FOR)
+        return None if not self._user or self._user.startswith(BUILT_IN) else self._user
+
+    def _ask_user(self) -> tuple[str, str]:
+        try:
+            found = self._get("/users/me", lambda found: parse.single(found, message("the user")))
+        except Rejected:
+            self._queue.ids({"limit": "1"})  # needs credentials as well
+            return "", ""
+        return clean(found.get("guid"), 80), clean(found.get("name"), 80)
+
+    def _check_fleet(self) -> None:
+        found = self._name_of_fleet()
+        if self.fleet_identity and found != self.fleet_identity:
+            raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found or "?")
+
+    # ------------------------------------------------------------------ orders
+    def enqueue(
+        self,
+        mission_guid: str,
+        *,
+        description: str = "",
+        text: str = "",
+        priority: int = 0,
+        parameters: Mapping[str, Any] | None = None,
+        is_wanted: Callable[[], bool] = lambda: True,
+    ) -> int:
+        """``text`` has no place in a fleet's order. Only a positive priority has an effect that is known."""
+        body: parse.Object = {"mission_id": mission_guid, "description": description[:LONGEST_DESCRIPTION]}
+        if not self._is_any:
+            body["robot_id"] = int(self.vehicle)
+        if priority > 0:
+            body["high_priority"] = True
+        if parameters:
+            body["parameters"] = [
+                {"input_name": name, "value": fleet_vocabulary.as_text(value)} for name, value in parameters.items()
+            ]
+        self.pace.wait(OF_ALL)
+        self._verify()
+        try:
+            answer = self._send("POST", ORDERS, json=body, is_wanted=is_wanted)
+        finally:
+            self._connection.forget("open", "highest")
+        if answer.status not in (201, self._profile.order_status):
+            problem = message("status {status} instead of 201", status=answer.status)
+            raise Unreadable(problem=problem, address=self.address.netloc)
+        try:
+            number = self._read(answer, parse.queue_id)
+        except (Unreadable, NotAMir):
+            raise Unnumbered(address=self.address.netloc) from None
+        self._followed.add(number)
+        return number
+
+    def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
+        """With the robot's own message where the order failed and the robot can be reached."""
+        found = self._get(f"{ORDERS}/{queue_id}", parse_order)
+        item = parse.queue_item(self._in_robot_words(found))
+        self._queue.saw(item)
+        self._followed.add(queue_id)
+        guid = clean(found.get("fleet_schedule_guid") or found.get("fleet_scheduled_guid"), 80)
+        if item.state.is_open or item.message or not item.vehicle or not guid or not self.capabilities.failure_text:
+            return item
+        return replace(item, message=self._own_api().message_of(guid))
+
+    def open_items(self) -> list[QueueItem]:
+        """Of this robot; for any robot those that no robot has yet, and those that were asked for by number."""
+        found = self._connection.shared("open", self._queue.open_items)
+        return [item for item in found if item.vehicle == self.vehicle or (self._is_any and self._is_for_any(item))]
+
+    def _is_for_any(self, item: QueueItem) -> bool:
+        return not item.vehicle or item.id in self._followed
+
+    def items_after(
+        self,
+        id_floor: int,
+        known: dict[int, QueueItem | None] | None = None,
+        highest: int = 0,
+        tokens: Collection[str] = (),
+    ) -> list[QueueItem]:
+        found = self._queue.items_after(id_floor, known, highest)
+        return [item for item in found if self._is_any or item.vehicle == self.vehicle or item.description in tokens]
+
+    def highest_queue_id(self) -> int | None:
+        """Of all orders of the fleet. One of a moment ago is lower, and safe to search from."""
+        return self._connection.shared("highest", self._queue.highest_id)
+
+    def cancel(self, queue_id: int, token: str = "") -> None:
+        self.pace.wait(None)
+        self._verify(needs_contact=False)
+        try:
+            self._send("DELETE", f"{ORDERS}/{queue_id}")
+        finally:
+            self._connection.forget("open")
+
+    def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
+        for queue_id in own or {}:
+            try:
+                self.cancel(queue_id)
+            except Rejected as error:
+                if error.status not in (400, 404, 410):  # it has ended
+                    raise
+
+    # ------------------------------------------------------------------ the robot
+    def set_state(self, state: RobotState) -> RobotStatus | None:
+        return self._own_api().set_state(state)
+
+    def clear_error(self) -> RobotStatus | None:
+        return self._own_api().clear_error()
+
+    def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
+        self.pace.wait(None)
+        self._verify(needs_contact=False)
+        self._send("PUT", f"/prompt/{guid}", json={"answer": answer})
+        return None
+
+    def _own_api(self) -> OwnApi:
+        """The robot's own API, at its address in the fleet, with the same credentials. Raises Rejected where that can't
+        be known for the robot's."""
+        vehicle, _fleet = self._vehicle(VERIFIED_FOR)
+        serial_number = self.serial_number or parse.text_or_none(vehicle.get("serial_number"))
+        try:
+            address = Address.parse(f"{self.address.scheme}://{clean(vehicle.get('ip'), 80)}")
+        except InvalidAddress:
+            serial_number = None
+        if not serial_number:  # credentials go to the known machine only
+            reason = message("the fleet can't do that, and doesn't say where the robot itself is")
+            raise Rejected(status=404, reason=reason, address=self.address.netloc)
+        return OwnApi(
+            RobotClient(
+                address, self._token, serial_number=serial_number, clock=self._clock, transport=self._reach(address)
+            )
+        )
+
+    def _reaches_robot(self) -> bool:
+        try:
+            return self._own_api().is_reached()
+        except RobotError:
+            return False
+
+    # ------------------------------------------------------------------ requests
+    def _request(
+        self,
+        method: str,
+        path: str,
+        *,
+        query: Mapping[str, str] | None = None,
+        json: Any = None,
+        share: float = OF_READS,
+    ) -> Response:
+        def send() -> Response:
+            self.pace.wait(share, self.on_pause)
+            return self._send(method, path, query=query, json=json)
+
+        return again_if_stale(send)
+
+    def _verify(self, *, needs_contact: bool = True) -> None:
+        """Whether the known fleet and robot are there, before anything is changed. ``needs_contact``: the fleet reaches
+        the robot."""
+        try:
+            self._status(VERIFIED_FOR)
+        except VehicleUnavailable:
+            if needs_contact:
+                raise
+        except RobotError as error:
+            raise error.unsent() from None
+
+    def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
+        self.on_pause()
+        answer = self._request(method, path, query=query, json=json)
+        entries = self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
+        return [self._in_robot_words(entry) for entry in entries]
+
+    def _next_item(self, queue_id: int) -> QueueItem:
+        self.on_pause()
+        return parse.queue_item(self._in_robot_words(self._get(f"{ORDERS}/{queue_id}", parse_order)))
+
+    def _in_robot_words(self, order: parse.Object) -> parse.Object:
+        names = self._connection.notes.get("names", {})
+        known = fleet_vocabulary.order_in_robot_words(order, self._user, self._user_name, names)
+        found: parse.Object = in_mir_words(known, self._words)
+        return found
+
+
+def parse_order(found: Any) -> parse.Object:
+    return parse.object_(found, message("the queue item"))

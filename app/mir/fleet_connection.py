@@ -1,0 +1,53 @@
+"""What the clients of one fleet's robots share: the pace of requests, and answers about all of its robots, so that a
+hundred workers ask one question a second instead of a hundred."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from app.mir.errors import RobotError
+from app.mir.transport import Pace
+
+FRESH = 1.0  # s for which an answer about all robots serves every one of them
+
+T = TypeVar("T")
+
+
+class FleetConnection:
+    """Used by many threads. ``clock``: monotonic, in seconds."""
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic, pace: Pace | None = None) -> None:
+        self.clock, self.pace = clock, pace or Pace(clock)
+        self.notes: dict[Any, Any] = {}  # what clients remember for each other, each under a key of its own
+        self._answers: dict[str, tuple[float, Any]] = {}  # by question: when it was asked, and the value or error
+        self._locks: dict[str, threading.Lock] = defaultdict(threading.Lock)
+        self._lock = threading.Lock()
+
+    def shared(self, question: str, ask: Callable[[], T], within: float = FRESH) -> T:
+        """An answer that is at most ``within`` seconds old, or else that of ``ask``. A thread that comes while another
+        one asks waits, and gets the same answer. Raises the RobotError of ``ask``."""
+        with self._lock:
+            lock = self._locks[question]
+        with lock:
+            asked_at, answer = self._answers.get(question, (-1e9, None))
+            if self.clock() - asked_at > within:
+                began = self.clock()
+                try:
+                    answer = ask()
+                except RobotError as error:
+                    answer = error
+                ended = self.clock() if isinstance(answer, RobotError) else began  # a failure may have taken longer
+                self._answers[question] = (ended, answer)
+        if isinstance(answer, RobotError):
+            raise answer
+        found: T = answer
+        return found
+
+    def forget(self, *questions: str) -> None:
+        """The answers to these may be others now."""
+        for question in questions:
+            self._answers.pop(question, None)

@@ -1,0 +1,270 @@
+"""A robot of a classic fleet as a target, against the simulated fleet."""
+
+from __future__ import annotations
+
+import uuid
+from typing import Any
+
+import pytest
+
+from app.domain.capabilities import FindBy
+from app.domain.check_up import RobotProfile
+from app.domain.models import ANY_VEHICLE
+from app.domain.robot import QueueState, RobotState
+from app.mir.classic_vehicle import ClassicVehicle
+from app.mir.errors import AnotherFleet, AnotherRobot, ConnectionLost, Delivery, NotAMir, RobotError, VehicleUnavailable
+from app.mir.fleet_connection import FleetConnection
+from mir_sim import SimulatedRobot
+from mir_sim.faults import Fault, FaultKind
+from mir_sim.fleets.classic import ClassicFleet
+from mir_sim.fleets.knobs import ClassicKnobs, changed
+from tests.support.fleets import ADDRESS, TOKEN, MachineTransport
+from tests.unit.sim.asking import GUIDS
+
+CHECKED_UP = RobotProfile(None, None, has_search=True, token_field="description")
+
+
+class Hall:
+    """A fleet of two robots, and clients of it that share a connection."""
+
+    def __init__(self, **knobs: Any) -> None:
+        self.robots = [SimulatedRobot(name, battery=80.0, software="2.14.7") for name in ("Aino", "Veikko")]
+        self.fleet = ClassicFleet("Fleet", self.robots, knobs=changed(ClassicKnobs(), knobs))
+        self.connection = FleetConnection(clock=lambda: self.fleet.now)
+        self.transport = MachineTransport(self.fleet, TOKEN)
+
+    def vehicle(self, vehicle: str = "1", **options: Any) -> ClassicVehicle:
+        return ClassicVehicle(
+            ADDRESS,
+            TOKEN,
+            vehicle,
+            connection=self.connection,
+            transport=self.transport,
+            **{"profile": CHECKED_UP, "reach": lambda _address: MachineTransport(self.robots[0], TOKEN), **options},
+        )
+
+    def pass_time(self, seconds: float) -> None:
+        self.fleet.advance_to(self.fleet.now + seconds)
+
+    def meets(self, kind: FaultKind, method: str = "POST", path: str = "/mission_scheduler") -> None:
+        self.fleet.faults.add(Fault(kind, path, method))
+
+    def run_until(self, target: ClassicVehicle, number: int, *states: QueueState) -> QueueState:
+        ends = self.fleet.now + 600
+        while (state := target.queue_item(number).state) not in states:
+            assert self.fleet.now < ends, state
+            self.pass_time(1.0)
+        return state
+
+
+@pytest.fixture
+def hall() -> Hall:
+    return Hall()
+
+
+def token() -> str:
+    return str(uuid.uuid4())
+
+
+def test_an_order_is_followed_to_its_end(hall: Hall) -> None:
+    aino, own = hall.vehicle(), token()
+    floor = aino.highest_queue_id() or 0
+    number = aino.enqueue(GUIDS["Home"], description=own)
+    (item,) = aino.open_items()
+    assert (item.id, item.state, item.description, item.vehicle) == (number, QueueState.PENDING, own, "1")
+    assert hall.run_until(aino, number, QueueState.EXECUTING)
+    assert hall.run_until(aino, number, QueueState.DONE)
+    done = aino.queue_item(number)
+    assert done.started is not None
+    assert done.finished is not None
+    assert done.started <= done.finished
+    assert [item.id for item in aino.items_after(floor)] == [number]
+    assert aino.highest_queue_id() == number
+
+
+def test_an_order_whose_answer_is_lost_is_found_by_its_token(hall: Hall) -> None:
+    aino, own = hall.vehicle(), token()
+    floor = aino.highest_queue_id() or 0
+    hall.meets(FaultKind.DROP_RESPONSE)
+    with pytest.raises(ConnectionLost) as lost:
+        aino.enqueue(GUIDS["Home"], description=own)
+    assert lost.value.delivery is Delivery.UNKNOWN
+    found = aino.items_after(floor, tokens=(own,))
+    assert [item.description for item in found] == [own]
+
+
+def test_other_robots_orders_are_not_this_ones(hall: Hall) -> None:
+    aino, veikko = hall.vehicle("1"), hall.vehicle("2")
+    number = veikko.enqueue(GUIDS["Home"], description=token())
+    assert aino.items_after(0) == [] == aino.open_items()
+    assert [item.id for item in veikko.open_items()] == [number]
+
+
+@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
+def test_one_order_is_cancelled_and_no_other(hall: Hall, runs: bool) -> None:
+    aino, veikko = hall.vehicle("1"), hall.vehicle("2")
+    number, other = (each.enqueue(GUIDS["Deliver"], description=token()) for each in (aino, veikko))
+    if runs:
+        hall.run_until(aino, number, QueueState.EXECUTING)
+    aino.cancel(number)
+    assert hall.run_until(aino, number, QueueState.ABORTED) is QueueState.ABORTED
+    assert veikko.queue_item(other).state.is_open
+
+
+def test_clearing_cancels_the_apps_own_orders_only(hall: Hall) -> None:
+    aino = hall.vehicle()
+    ours, theirs = (aino.enqueue(GUIDS["Deliver"], description=token()) for _ in range(2))
+    aino.clear_queue({ours: "", 999_999: ""})
+    hall.pass_time(5.0)
+    assert not aino.queue_item(ours).state.is_open
+    assert aino.queue_item(theirs).state.is_open
+    assert "DELETE /mission_scheduler" not in hall.transport.requests
+
+
+def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
+    any_robot, own = hall.vehicle(ANY_VEHICLE), token()
+    assert any_robot.capabilities.any_vehicle
+    assert any_robot.status().state is RobotState.READY
+    assert any_robot.status().battery_percentage is None
+    number = any_robot.enqueue(GUIDS["Home"], description=own)
+    assert any_robot.queue_item(number).vehicle == ""
+    assert [item.id for item in any_robot.open_items()] == [number]
+    hall.run_until(any_robot, number, QueueState.EXECUTING)
+    item = any_robot.queue_item(number)
+    assert (item.vehicle, item.vehicle_name) in [("1", "Aino"), ("2", "Veikko")]
+    assert [item.id for item in any_robot.items_after(0)] == [number]
+
+
+def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_shown(hall: Hall) -> None:
+    aino = hall.vehicle()
+    assert aino.status().state is RobotState.READY
+    hall.robots[0].reboot(60.0)
+    hall.pass_time(2.0)
+    with pytest.raises(VehicleUnavailable):
+        aino.status()
+    with pytest.raises(VehicleUnavailable) as problem:
+        aino.enqueue(GUIDS["Home"], description=token())
+    assert problem.value.delivery is Delivery.NOT_SENT
+    assert hall.vehicle("2").status().state is RobotState.READY
+
+
+def test_a_robot_that_the_fleet_does_not_have_any_more(hall: Hall) -> None:
+    with pytest.raises(VehicleUnavailable) as problem:
+        hall.vehicle("77").status()
+    assert problem.value.code == "not_in_fleet"
+
+
+def test_another_fleet_at_the_address_gets_no_order(hall: Hall) -> None:
+    aino = hall.vehicle(serial_number="0815")
+    any_robot = hall.vehicle(ANY_VEHICLE, fleet_identity="another user")
+    for target, kind in ((aino, AnotherRobot), (any_robot, AnotherFleet)):
+        with pytest.raises(kind) as problem:
+            target.enqueue(GUIDS["Home"], description=token())
+        assert problem.value.delivery is Delivery.NOT_SENT
+    assert hall.vehicle().highest_queue_id() is None
+
+
+def test_a_single_robot_is_no_fleet() -> None:
+    robot = SimulatedRobot("Aino", battery=80.0, software="2.14.7")
+    connection = FleetConnection(clock=lambda: robot.now)
+    target = ClassicVehicle(ADDRESS, TOKEN, "1", connection=connection, transport=MachineTransport(robot, TOKEN))
+    with pytest.raises(NotAMir) as problem:
+        target.status()
+    assert problem.value.code == "not_a_fleet"
+
+
+def test_the_fleets_robots_share_one_reading(hall: Hall) -> None:
+    targets = [hall.vehicle("1"), hall.vehicle("2"), hall.vehicle(ANY_VEHICLE)]
+    for target in targets:
+        target.status()
+        target.open_items()
+    assert hall.transport.requests.count("GET /robots") == 1
+    assert hall.transport.requests.count("POST /mission_scheduler/search") == 1
+    hall.pass_time(1.5)
+    targets[0].status()
+    assert hall.transport.requests.count("GET /robots") == 2
+
+
+@pytest.mark.parametrize("robots", ["whole", "short"])
+def test_the_fleet_lists_its_robots(robots: str) -> None:
+    hall = Hall(robots=robots)
+    found = hall.vehicle(ANY_VEHICLE).identify_fleet()
+    names = [(each.id, each.name, each.serial_number, each.ip) for each in found.vehicles]
+    assert names == [
+        (str(number), robot.name, robot.serial_number, f"192.0.2.{number}")
+        for number, robot in enumerate(hall.robots, start=1)
+    ]
+
+
+@pytest.mark.parametrize("knobs", [{"robots": "short"}, {"status": "list"}, {"search": 404}, {"answer": "whole"}])
+def test_fleets_that_answer_in_another_form(knobs: dict[str, Any]) -> None:
+    hall = Hall(**knobs)
+    aino = hall.vehicle(profile=None)
+    assert aino.status().robot_name == "Aino"
+    number = aino.enqueue(GUIDS["Home"], description=token())
+    assert [item.id for item in aino.open_items()] == [number] == [item.id for item in aino.items_after(0)]
+
+
+def test_in_maintenance_no_robot_is_ready(hall: Hall) -> None:
+    hall.fleet.state = "maintenance"
+    for vehicle in ("1", ANY_VEHICLE):
+        status = hall.vehicle(vehicle).status()
+        assert (status.state, status.state_text) == (RobotState.UNKNOWN, "maintenance")
+
+
+def test_what_the_fleet_can_not_do_is_done_by_the_robots_own_api(hall: Hall) -> None:
+    aino = hall.vehicle(serial_number=hall.robots[0].serial_number)
+    assert not aino.capabilities.pause
+    assert aino.identify().status.serial_number == hall.robots[0].serial_number
+    assert aino.capabilities.pause
+    assert aino.capabilities.failure_text
+    aino.set_state(RobotState.PAUSE)
+    hall.pass_time(2.0)
+    assert aino.status().state is RobotState.PAUSE
+    aino.set_state(RobotState.READY)
+    hall.pass_time(2.0)
+    number = aino.enqueue(GUIDS["Deliver"], description=token())
+    hall.run_until(aino, number, QueueState.EXECUTING)
+    aino.cancel(number)
+    hall.run_until(aino, number, QueueState.ABORTED)
+    assert aino.queue_item(number).message == "Aborted - User Request"
+
+
+def test_a_robot_that_can_not_be_reached_by_itself_can_not_be_paused(hall: Hall) -> None:
+    other = MachineTransport(hall.robots[1], TOKEN)  # another machine at that address
+    aino = hall.vehicle(serial_number=hall.robots[0].serial_number, reach=lambda _address: other)
+    aino.identify()
+    assert not aino.capabilities.pause
+    with pytest.raises(RobotError):
+        aino.set_state(RobotState.PAUSE)
+    assert hall.robots[1].state.name == "READY"
+
+
+@pytest.mark.parametrize(("field", "found"), [("description", FindBy.TOKEN), ("", FindBy.MATCH), (None, FindBy.MATCH)])
+def test_how_orders_are_found_is_what_the_check_up_has_seen(hall: Hall, field: str | None, found: FindBy) -> None:
+    profile = RobotProfile(None, None, token_field=field)
+    assert hall.vehicle(profile=profile).capabilities.find_by is found
+
+
+def test_without_descriptions_an_order_still_says_whose_it_is() -> None:
+    hall = Hall(description="mission")
+    aino = hall.vehicle(profile=RobotProfile(None, None, token_field=""))
+    user = aino.identify().user_name
+    aino.enqueue(GUIDS["Home"], description=token())
+    (item,) = aino.items_after(0)
+    assert user
+    assert item.created_by_name == user
+    assert item.mission_id == GUIDS["Home"]
+
+
+def test_a_question_is_answered_through_the_fleet(hall: Hall) -> None:
+    aino = hall.vehicle()
+    number = aino.enqueue(GUIDS["Ask for release"], description=token())
+    ends = hall.fleet.now + 120
+    while (prompt := aino.status().user_prompt) is None:
+        assert hall.fleet.now < ends
+        hall.pass_time(1.0)
+    aino.answer_prompt(prompt.guid, prompt.options[0])
+    hall.pass_time(2.0)
+    assert aino.status().user_prompt is None
+    assert hall.run_until(aino, number, QueueState.DONE, QueueState.ABORTED)
