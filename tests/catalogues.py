@@ -43,6 +43,7 @@ CALLS = {
     "n_": (None, 0, 1),
     "p_": (0, 1, None),
     "InvalidInput": (None, 1, None),
+    "existing": (None, 2, None),
     "InvalidAddress": (None, 0, None),
     "_wrong": (None, 0, None),
     "message": (None, 0, None),

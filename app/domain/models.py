@@ -12,13 +12,15 @@ from dataclasses import dataclass, field, replace
 from datetime import date, datetime, time, timedelta
 from enum import StrEnum
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from app.domain import names
 from app.domain.capabilities import OF_A_ROBOT, Capabilities
 from app.domain.check_up import RobotProfile
 from app.domain.message import Message, message, render
 from app.domain.robot import IdentifiedBy, QueueItem, RobotStatus
+
+T = TypeVar("T")
 
 WEEKDAYS = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
 
@@ -585,3 +587,10 @@ class InvalidInput(ValueError):
     @property
     def text(self) -> str:
         return str(self)
+
+
+def existing(found: T | None, field: str, msgid: str) -> T:
+    """Raises InvalidInput with this sentence for None: it was removed while somebody had it before them."""
+    if found is None:
+        raise InvalidInput(field, msgid)
+    return found

@@ -136,18 +136,7 @@ def _sizes(c: sqlite3.Connection) -> None:
 def _sequences(c: sqlite3.Connection) -> None:
     for table, last in c.execute("SELECT name, seq FROM sqlite_sequence"):
         _require(isinstance(last, int) and 0 <= last <= LARGEST_IN_USE, f"{table}: {last!r}")
-    for table in (
-        "fleets",
-        "robots",
-        "missions",
-        "robot_groups",
-        "places",
-        "schedules",
-        "executions",
-        "alarms",
-        "holds",
-        "calendar_days",
-    ):
+    for (table,) in c.execute("SELECT name FROM sqlite_schema WHERE sql LIKE '%AUTOINCREMENT%'").fetchall():
         low, high = c.execute(f"SELECT coalesce(min(id), 1), coalesce(max(id), 1) FROM {table}").fetchone()
         _require(0 < low <= high <= LARGEST_IN_USE, f"{table}: {low}, {high}")
 

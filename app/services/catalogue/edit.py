@@ -20,7 +20,20 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
-from app.domain.models import Execution, Fleet, Group, InvalidInput, Mission, Place, Reason, ReasonCode, Robot, Schedule
+from app.domain.models import (
+    DayException,
+    Execution,
+    Fleet,
+    Group,
+    InvalidInput,
+    Mission,
+    Place,
+    Reason,
+    ReasonCode,
+    Robot,
+    Schedule,
+    existing,
+)
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
@@ -71,19 +84,13 @@ class Edit:
         return self.known_calendar
 
     def the_robot(self, robot_id: int) -> Robot:
-        if robot := self.robots.get(self.c, robot_id):
-            return robot
-        raise InvalidInput("robot", "this robot no longer exists")
+        return existing(self.robots.get(self.c, robot_id), "robot", "this robot no longer exists")
 
     def the_fleet(self, fleet_id: int) -> Fleet:
-        if fleet := self.fleets.get(self.c, fleet_id):
-            return fleet
-        raise InvalidInput("fleet", "this fleet no longer exists")
+        return existing(self.fleets.get(self.c, fleet_id), "fleet", "this fleet no longer exists")
 
     def the_group(self, group_id: int) -> Group:
-        if group := self.groups.get(self.c, group_id):
-            return group
-        raise InvalidInput("group", "this group no longer exists")
+        return existing(self.groups.get(self.c, group_id), "group", "this group no longer exists")
 
     def target_of(self, schedule: Schedule) -> Robot | Group:
         """The robot that a schedule names, or its group."""
@@ -94,19 +101,16 @@ class Edit:
         raise InvalidInput("robot", "choose a robot, or a group of robots")
 
     def the_place(self, place_id: int) -> Place:
-        if place := self.places.get(self.c, place_id):
-            return place
-        raise InvalidInput("place", "this place no longer exists")
+        return existing(self.places.get(self.c, place_id), "place", "this place no longer exists")
 
     def the_mission(self, mission_id: int) -> Mission:
-        if mission := self.missions.get(self.c, mission_id):
-            return mission
-        raise InvalidInput("mission", "this mission no longer exists")
+        return existing(self.missions.get(self.c, mission_id), "mission", "this mission no longer exists")
 
     def the_schedule(self, schedule_id: int) -> Schedule:
-        if schedule := self.schedules.get(self.c, schedule_id):
-            return schedule
-        raise InvalidInput("schedule", "this schedule no longer exists")
+        return existing(self.schedules.get(self.c, schedule_id), "schedule", "this schedule no longer exists")
+
+    def the_days(self, id_: int) -> DayException:
+        return existing(self.days.get(self.c, id_), "days", "this entry of the calendar no longer exists")
 
     def mission_on(self, robot_id: int, mission_id: int) -> Mission:
         """The mission of that name on that robot."""

@@ -60,9 +60,7 @@ def _replan_schedules(edit: Edit) -> None:
 def save_days(edit: Edit, exceptions: Sequence[DayException]) -> list[DayException]:
     """Add (id 0) or change exceptions to the working days; the next occurrences of schedules that respect them are recomputed."""
     exceptions = [validation.day_exception(exception) for exception in exceptions]
-    before = {exception.id: edit.days.get(edit.c, exception.id) for exception in exceptions if exception.id}
-    if None in before.values():
-        raise InvalidInput("days", "this entry of the calendar no longer exists")
+    before = {exception.id: edit.the_days(exception.id) for exception in exceptions if exception.id}
     if edit.days.count(edit.c) + sum(not exception.id for exception in exceptions) > validation.MOST_DAY_EXCEPTIONS:
         raise InvalidInput("days", "the calendar has room for {most} entries", most=validation.MOST_DAY_EXCEPTIONS)
     saved = []

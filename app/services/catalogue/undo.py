@@ -77,12 +77,6 @@ def switch_back(edit: Edit, switched: Switched) -> None:
     edit.topics.add(Topic.EXECUTIONS)
 
 
-def _days(edit: Edit, id_: int) -> DayException:
-    if days := edit.days.get(edit.c, id_):
-        return days
-    raise InvalidInput("days", "this entry of the calendar no longer exists")
-
-
 _READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, Any], Any]]] = MappingProxyType(
     {
         Fleet: (Edit.the_fleet, fleet_edit.save),
@@ -91,7 +85,7 @@ _READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, 
         Place: (Edit.the_place, group_edit.save_place),
         Mission: (Edit.the_mission, mission_edit.save),
         Schedule: (Edit.the_schedule, schedule_edit.save),
-        DayException: (_days, lambda edit, days: settings_edit.save_days(edit, [days])[0]),
+        DayException: (Edit.the_days, lambda edit, days: settings_edit.save_days(edit, [days])[0]),
     }
 )
 

@@ -22,7 +22,7 @@ from app.domain.check_up import LeftBehind, Level, Progress, Report, RobotProfil
 from app.domain.check_up import Topic as CheckUpTopic
 from app.domain.clock import Clock
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput, Robot, Settings
+from app.domain.models import InvalidInput, Robot, Settings, existing
 from app.domain.robot import Identity, RobotStatus
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
@@ -236,9 +236,7 @@ class CheckUps:
             yield client
 
     def _robot(self, robot_id: int) -> Robot:
-        if robot := self._robots.get(self._db.read(), robot_id):
-            return robot
-        raise InvalidInput("robot", "this robot has been removed")
+        return existing(self._robots.get(self._db.read(), robot_id), "robot", "this robot has been removed")
 
 
 def moves(robot: str, trial: Trial) -> Message:

@@ -14,7 +14,7 @@ from app.database.robots import Hold, HoldRepository, RobotRepository
 from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
 from app.domain.message import Message, render
-from app.domain.models import Execution, InvalidInput
+from app.domain.models import Execution, InvalidInput, existing
 from app.services.live.changes import Changes, Topic
 
 LONGEST_REASON = 200  # characters
@@ -93,8 +93,8 @@ class Holds:
             )
 
         def put(c: sqlite3.Connection, before: Sequence[Hold]) -> Sequence[Hold]:
-            if robot_id is not None and RobotRepository().get(c, robot_id) is None:
-                raise InvalidInput("robot", "this robot no longer exists")
+            if robot_id is not None:
+                existing(RobotRepository().get(c, robot_id), "robot", "this robot no longer exists")
             self._repository.remove(c, robot_id)
             hold = self._repository.add(c, Hold(reason, until, now, robot_id=robot_id))
             also(c, hold)

@@ -33,6 +33,7 @@ from app.domain.models import (
     Settings,
     State,
     Trigger,
+    existing,
 )
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
@@ -370,9 +371,7 @@ class Operator:
             log.info("robot %r: %s", robot.name, command)
 
     def _robot(self, robot_id: int) -> Robot:
-        if robot := self._robots.get(self._db.read(), robot_id):
-            return robot
-        raise InvalidInput("robot", "this robot has been removed")
+        return existing(self._robots.get(self._db.read(), robot_id), "robot", "this robot has been removed")
 
     def _usable(self, robot_id: int) -> Robot:
         """A robot that may get commands. Raises InvalidInput."""
@@ -387,11 +386,7 @@ class Operator:
         return robot
 
     def _group(self, group_id: int) -> Group:
-        if group := GroupRepository().get(self._db.read(), group_id):
-            return group
-        raise InvalidInput("group", "this group no longer exists")
+        return existing(GroupRepository().get(self._db.read(), group_id), "group", "this group no longer exists")
 
     def _mission(self, mission_id: int) -> Mission:
-        if mission := self._missions.get(self._db.read(), mission_id):
-            return mission
-        raise InvalidInput("mission", "this mission has been removed")
+        return existing(self._missions.get(self._db.read(), mission_id), "mission", "this mission has been removed")

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import closing
 
 from app.domain.clock import Clock
-from app.domain.models import InvalidInput, Mission, Robot
+from app.domain.models import InvalidInput, Mission, Robot, existing
 from app.domain.robot import MissionParameter
 from app.mir.errors import RobotError
 from app.mir.target import Target
@@ -77,7 +77,5 @@ class RobotMissions:
         return [mission for mission in missions if not names or mission.guid in names]
 
     def _client(self, robot_id: int) -> closing[Target]:
-        robot = self._robot(robot_id)
-        if robot is None:
-            raise InvalidInput("robot", "this robot has been removed")
+        robot = existing(self._robot(robot_id), "robot", "this robot has been removed")
         return closing(self._make_client(robot))
