@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 from app.database.alarms import AlarmRepository
@@ -16,10 +18,14 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.activity import can_work, is_charging
 from app.domain.clock import Clock, SystemClock
-from app.domain.models import Connection, InvalidInput, Robot
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, InvalidInput, Robot
+from app.domain.robot import FleetIdentity
 from app.mir.address import Address
+from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
+from app.mir.fleet_connection import FleetConnection
+from app.mir.target import Target
 from app.mir.transport import Pace
 from app.services.catalogue import schedule_edit, zones
 from app.services.catalogue.catalogue import Catalogue
@@ -57,6 +63,7 @@ from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
 from app.services.planning.working_days import working_calendar
 from app.services.robots.commands import ClientFactory, Operator
+from app.services.robots.fleets import Fleets
 from app.services.robots.maps import RobotMaps
 from app.services.robots.mission_actions import MissionActionsReader
 from app.services.robots.missions import RobotMissions
@@ -80,8 +87,8 @@ class Repositories:
 
 
 class Container:
-    """Every service by name. ``make_client`` may be replaced, so that tests and the simulation speak to a robot without
-    sockets. ``machine`` identifies this machine; ``find_zone`` finds its time zone."""
+    """Every service by name. ``make_client`` and ``ask_fleet`` may be replaced, so that tests and the simulation speak to
+    robots and fleets without sockets. ``machine`` identifies this machine; ``find_zone`` finds its time zone."""
 
     def __init__(
         self,
@@ -89,6 +96,7 @@ class Container:
         clock: Clock | None = None,
         *,
         make_client: ClientFactory | None = None,
+        ask_fleet: Callable[[Fleet], FleetIdentity] | None = None,
         with_window: bool = False,
         machine: str | None = None,
         find_zone: Callable[[], TabletZone] = tablet_zone,
@@ -97,7 +105,8 @@ class Container:
         self.clock = clock = clock or SystemClock()
         self.repositories = repositories = Repositories()
         self.changes = Changes()
-        self.make_client = make_client or Connector()
+        connector = Connector()
+        self.make_client = make_client or connector
         self.settings = CachedUntilChanged(lambda: repositories.settings.load(db.read()), self.changes, Topic.SETTINGS)
         # The present working days, exceptions and public holidays included.
         self.calendar = CachedUntilChanged(
@@ -197,6 +206,7 @@ class Container:
             keep_paused=self.check_ups.trials.keep_paused,
             answered=self.prompts.answered,
         )
+        self.fleets = Fleets(self.catalogue, ask_fleet or connector.ask_fleet)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)
@@ -271,14 +281,16 @@ class Container:
 
 
 class Connector:
-    """Makes clients over HTTP for configured robots. Those of one address share their pace."""
+    """Makes clients over HTTP for configured robots. Those of one address share their pace, those of one fleet also what
+    it says of all its robots."""
 
     def __init__(self) -> None:
         self._paces: dict[str, Pace] = {}
+        self._connections: dict[tuple[str | None, ...], FleetConnection] = {}
 
-    def __call__(self, robot: Robot) -> RobotClient:
+    def __call__(self, robot: Robot) -> Target:
         if robot.fleet is not None:
-            raise InvalidInput("fleet", "robots of a fleet can't be asked yet")
+            return self._vehicle(robot, robot.fleet)
         return RobotClient(
             Address.parse(robot.address),
             Token.from_header(robot.token or ""),
@@ -287,4 +299,26 @@ class Connector:
             identified_by=robot.identified_by,
             profile=robot.known,
             pace=self._paces.setdefault(robot.address, Pace()),
+        )
+
+    def ask_fleet(self, fleet: Fleet) -> FleetIdentity:
+        """Who it is, and its robots, as of now. Raises RobotError or InvalidInput."""
+        any_of_it = Robot("", "", vehicle=ANY_VEHICLE).within(fleet)
+        with closing(self._vehicle(any_of_it, replace(fleet, identity=None))) as client:
+            return client.identify_fleet()
+
+    def _vehicle(self, robot: Robot, fleet: Fleet) -> ClassicVehicle:
+        if fleet.kind is not FleetKind.CLASSIC:
+            raise InvalidInput("fleet", "Fleet Enterprise can't be asked yet")
+        key = fleet.address, fleet.token, fleet.certificate_sha256
+        return ClassicVehicle(
+            Address.parse(fleet.address),
+            Token.from_header(fleet.token or ""),
+            robot.vehicle,
+            connection=self._connections.setdefault(key, FleetConnection()),
+            certificate_sha256=fleet.certificate_sha256,
+            serial_number=robot.serial_number,
+            identified_by=robot.identified_by,
+            fleet_identity=fleet.identity,
+            profile=robot.known,
         )

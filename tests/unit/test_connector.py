@@ -4,7 +4,8 @@ from dataclasses import replace
 
 from app.container import Connector
 from app.domain.check_up import Rest, RobotProfile
-from app.domain.models import Robot
+from app.domain.models import Fleet, Robot
+from app.mir.credentials import Token
 
 
 def test_all_clients_of_a_robot_share_its_request_rate():
@@ -14,3 +15,11 @@ def test_all_clients_of_a_robot_share_its_request_rate():
     worker.use_profile(checked_up.known)
     assert make(checked_up).pace is worker.pace
     assert make(replace(robot, address="http://r2")).pace is not worker.pace
+
+
+def test_clients_of_a_fleet_share_what_it_says_of_its_robots():
+    make, fleet = Connector(), Fleet("Hall", "http://hall")
+    first, second = (make(Robot("", "", vehicle=vehicle).within(fleet)) for vehicle in ("1", "2"))
+    assert first._connection is second._connection
+    other = replace(fleet, token=Token.derive("other", "secret").header)
+    assert make(Robot("", "", vehicle="1").within(other))._connection is not first._connection

@@ -419,4 +419,4 @@ class Engine:
 
 def _connection_of(robot: Robot) -> tuple[object, ...]:
     """The settings of a worker's connection; when they change, a new worker is made."""
-    return robot.address, robot.token, robot.certificate_sha256
+    return robot.address, robot.token, robot.certificate_sha256, robot.fleet and robot.fleet.identity

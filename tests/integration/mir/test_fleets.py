@@ -1,0 +1,52 @@
+"""The app and a fleet over sockets: its robots are found, added, and take missions."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import pytest
+
+import mir_sim
+from app.container import Container
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission, State
+from tests.unit.sim.asking import GUIDS
+
+BOUND = 30.0
+USER = "distributor"
+
+
+def wait_until(condition: Callable[[], bool]) -> None:
+    ends = time.monotonic() + BOUND
+    while not condition():
+        assert time.monotonic() < ends
+        time.sleep(0.02)
+
+
+@pytest.fixture
+def app(tmp_path):
+    app = Container.open(tmp_path / "data")
+    app.runner.start()
+    yield app
+    app.close()
+
+
+def test_robots_of_a_classic_fleet_are_found_and_take_missions(app):
+    with mir_sim.serve(robots=2, fleet="classic", time_scale=50) as served:
+        url = served.above.url
+        fleet = app.catalogue.save_fleet(Fleet("Hall", url, FleetKind.CLASSIC, USER), password=USER)
+        either, *others = (found.vehicle for found in app.fleets.find(fleet.id))
+        assert [vehicle.name for vehicle in others] == [robot.name for robot in served.robots]
+        robots = app.fleets.add(fleet.id, [either, others[1]])
+        assert [robot.vehicle for robot in robots] == [ANY_VEHICLE, others[1].id]
+        mission = app.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
+        wait_until(lambda: all(app.snapshots.get(each.id).connection is Connection.CONNECTED for each in robots))
+        rows = [app.operator.run_now(robot.id, mission.id) for robot in robots]
+        wait_until(lambda: all(state_of(app, row.id) is State.COMPLETED for row in rows))
+        first, second = (app.history.get(row.id) for row in rows)
+        assert first.taken_by in {vehicle.name for vehicle in others}
+        assert (second.taken_by, second.robot) == ("", others[1].name)
+
+
+def state_of(app, row_id):
+    return app.history.get(row_id).state
