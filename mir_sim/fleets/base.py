@@ -5,9 +5,13 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import Any
 
+from mir_sim import checks, control
 from mir_sim.clock import RobotClock
 from mir_sim.faults import FaultList
+from mir_sim.fleets import knobs
 from mir_sim.fleets.orders import STATE_OF_ITEM, Order, OrderBook, Vehicle
 from mir_sim.history import past
 from mir_sim.machine import Event, Machine
@@ -62,9 +66,13 @@ class SimulatedFleet(Machine):
             self.vehicles, self.is_qualified, self.site.table("/missions").__contains__, self.description_on_robot
         )
         self._remember(history, random.Random(f"{seed}/{name}/history"))
-        for robot in robots:
+        for vehicle in self.vehicles:
+            robot = vehicle.robot
             robot.lock, robot.time_source = self.lock, self._time_for_robots
+            robot.goes_offline = partial(self._lose_contact, vehicle)
             robot.site.share(self.site)
+
+    knobs: Any = None  # how it differs, of the class for its kind
 
     def _remember(self, count: int, rng: random.Random) -> None:
         user = next(iter(self.site.table("/users")))
@@ -92,6 +100,9 @@ class SimulatedFleet(Machine):
     def charge(self, vehicle: Vehicle, mission_id: str) -> None:
         """Make an order for charging, which gives way to any other (guess)."""
 
+    def keep_last(self, vehicle: Vehicle) -> None:
+        """Keep what is shown of a robot while it isn't reached. Called just before that."""
+
     @property
     def assigns(self) -> bool:
         """Whether waiting orders are given to robots."""
@@ -108,6 +119,17 @@ class SimulatedFleet(Machine):
     def _is_idle(self, vehicle: Vehicle) -> bool:
         is_wanted = any(one.wanted is vehicle for one in self.book.open)
         return vehicle.is_free and vehicle.robot.run is None and not is_wanted
+
+    def cut_off(self, names: set[str]) -> None:
+        """Hear nothing of the robots with these names, and hear all others. All continue."""
+        for vehicle in self.vehicles:
+            if vehicle.robot.name in names:
+                self._lose_contact(vehicle)
+            vehicle.has_contact = vehicle.robot.name not in names
+
+    def _lose_contact(self, vehicle: Vehicle) -> None:
+        if vehicle.is_online:
+            self.keep_last(vehicle)
 
     # Time
 
@@ -145,3 +167,22 @@ class SimulatedFleet(Machine):
         if forgets_waiting:
             self.book.forget_waiting(reuse_numbers=reuses_numbers)
         self._go_offline(real_seconds)
+
+
+@control.commands_of.register
+def _(fleet: SimulatedFleet) -> control.Commands:
+    own = {"knobs": _turn, "out_of_contact": _cut_off}
+    return {**{name: partial(command, fleet) for name, command in own.items()}, **control.SHARED}
+
+
+def _turn(fleet: SimulatedFleet, value: Any) -> control.Action:
+    turned = knobs.changed(fleet.knobs, value)
+    return lambda _fleet: setattr(fleet, "knobs", turned)
+
+
+def _cut_off(fleet: SimulatedFleet, value: Any) -> control.Action:
+    names = [vehicle.robot.name for vehicle in fleet.vehicles]
+    if not isinstance(value, list):
+        raise checks.WrongValue("out_of_contact must be a list of names of robots.")
+    wanted = {checks.one_of(one, "each of out_of_contact", names) for one in value}
+    return lambda _fleet: fleet.cut_off(wanted)

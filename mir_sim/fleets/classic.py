@@ -6,11 +6,10 @@ What is said of fleets was recorded, is documented, or is read from clients in u
 from __future__ import annotations
 
 from collections.abc import Sequence
-from datetime import datetime
-from functools import partial
+from datetime import UTC, datetime
 from typing import Any
 
-from mir_sim import api, control, definition
+from mir_sim import api, definition
 from mir_sim.errors import ApiError
 from mir_sim.fleets import classic_orders, classic_relations, classic_robots, knobs
 from mir_sim.fleets.base import SimulatedFleet
@@ -30,6 +29,7 @@ BOX_PAGE = b"<html><head><title>Blocked</title></head><body>Request blocked by p
 class ClassicFleet(SimulatedFleet, RestMachine):
     """A classic fleet. ``knobs``: how it differs from the faithful one."""
 
+    knobs: ClassicKnobs
     profile = FAITHFUL
     software = definition.FLEET_SOFTWARE
     model = "Fleet"
@@ -53,17 +53,13 @@ class ClassicFleet(SimulatedFleet, RestMachine):
                 "created_by_id": ADMINISTRATOR,
             }
         )
-        self.last_status: dict[
-            int, dict[str, Any]
-        ] = {}  # by number of the robot: as it was when the robot went offline
-        for vehicle in self.vehicles:
-            vehicle.robot.goes_offline = partial(self._keep_status, vehicle)
+        self.last_status: dict[int, dict[str, Any]] = {}  # by number: of robots out of contact, the last one
 
     @property
     def search_status(self) -> int | None:
         return None if self.knobs.search == 404 else self.knobs.search
 
-    def _keep_status(self, vehicle: Vehicle) -> None:
+    def keep_last(self, vehicle: Vehicle) -> None:
         self.last_status[vehicle.number] = classic_robots.status_of(vehicle)
 
     # Orders
@@ -137,9 +133,10 @@ class ClassicFleet(SimulatedFleet, RestMachine):
         return "1970-01-01T00:00:00" if seconds is None else self.clock.stamp(seconds)
 
     def seconds_of(self, moment: datetime) -> float:
-        """The simulated second of a time that a client has sent; naive ones are local (guess)."""
-        local = moment if moment.tzinfo is None else moment.astimezone(self.clock.tz).replace(tzinfo=None)
-        return self.now + (local - self.clock.local(self.now)).total_seconds()
+        """The simulated second of a time that a client has sent; a knob says what one without zone means."""
+        zone = UTC if self.knobs.earliest_start == "utc" else self.clock.tz
+        aware = moment if moment.tzinfo else moment.replace(tzinfo=zone)
+        return self.now + (aware - self.clock.utc(self.now)).total_seconds()
 
 
 @api.answer.register
@@ -157,16 +154,3 @@ def _(fleet: ClassicFleet) -> Handlers:
 
 
 OPERATIONS: Handlers = registry.SHARED | classic_orders.HANDLERS | classic_relations.HANDLERS | classic_robots.HANDLERS
-
-
-@control.commands_of.register
-def _(fleet: ClassicFleet) -> control.Commands:
-    return COMMANDS
-
-
-def _turn(value: Any) -> control.Action:
-    knobs.changed(ClassicKnobs(), value)
-    return lambda fleet: setattr(fleet, "knobs", knobs.changed(fleet.knobs, value))
-
-
-COMMANDS: control.Commands = {"knobs": _turn, **control.SHARED}

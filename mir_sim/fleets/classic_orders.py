@@ -64,14 +64,17 @@ class Shown:
             "priority": order.priority,
             "high_priority": order.is_urgent,
             "robot_id": robot.number if robot is not None else 0,
-            "parameters": {
-                "data": order.parameters
-            },  # guess: an object by the definition, with this key in that of 3.x
+            "parameters": self._parameters(),
             "description": fleet.described(order, fleet.knobs.description),
             "fleet_schedule_guid": order.guid,
             "created_by": f"/v2.0.0/users/{order.created_by['guid']}",
             "created_by_id": order.created_by["guid"],
         }
+
+    def _parameters(self) -> Any:
+        """An object by the definition; the key is the one in that of 3.x."""
+        known = {"object": {"data": self.order.parameters}, "list": self.order.parameters, "none": None}
+        return known[self.fleet.knobs.parameters]
 
     def value(self, name: str) -> Any:
         if name == "id":  # without building the whole order: histories are long
@@ -121,10 +124,10 @@ def _wanted(fleet: ClassicFleet, number: int) -> Vehicle | None:
 
 def _earliest(fleet: ClassicFleet, text: str) -> float:
     try:
-        moment = datetime.fromisoformat(text)
-        return fleet.seconds_of(moment)
+        earliest = fleet.seconds_of(datetime.fromisoformat(text))
     except (ValueError, OverflowError):
         raise argument_error("earliest_start_time") from None
+    return fleet.now if fleet.knobs.earliest_start == "ignored" else earliest
 
 
 def post_order(call: Call) -> dict[str, Any]:

@@ -89,7 +89,7 @@ def fleet_state(fleet: ClassicFleet, vehicle: Vehicle) -> FleetState:
     robot = vehicle.robot
     if not vehicle.is_active:
         return FleetState.DEACTIVATED
-    if not robot.online:
+    if not vehicle.is_online:
         return FleetState.UNAVAILABLE
     if robot.state in BY_ROBOT_STATE:
         return BY_ROBOT_STATE[robot.state]
@@ -198,7 +198,7 @@ class Entry:
             "created_by_id": ADMINISTRATOR,
             "created_by_name": "Administrator",
             "allowed_methods": list(self.methods),
-            "status": status_of(vehicle) if robot.online else fleet.last_status[vehicle.number],
+            "status": status_of(vehicle) if vehicle.is_online else fleet.last_status[vehicle.number],
         }
 
     def full(self) -> dict[str, Any]:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
-from functools import partial
 from typing import Any
 
-from mir_sim import api, control
+from mir_sim import api
 from mir_sim.errors import ApiError
 from mir_sim.fleets import enterprise_api, enterprise_definition, enterprise_robots, knobs
 from mir_sim.fleets.base import LOOKS_EVERY, SimulatedFleet
@@ -29,6 +28,7 @@ class EnterpriseFleet(SimulatedFleet):
     """
 
     base = "/api/v1"
+    knobs: EnterpriseKnobs
 
     def __init__(
         self, name: str, robots: Sequence[SimulatedRobot], *, knobs: EnterpriseKnobs | None = None, **options: Any
@@ -39,10 +39,8 @@ class EnterpriseFleet(SimulatedFleet):
         self._phases: dict[str, tuple[SerialOrder, Phase]] = {}
         self.active: list[SerialOrder] = []
         self.last_shown: dict[int, Row] = {}  # by number of the robot: as it was when the robot went offline
-        for vehicle in self.vehicles:
-            vehicle.robot.goes_offline = partial(self._keep, vehicle)
 
-    def _keep(self, vehicle: Vehicle) -> None:
+    def keep_last(self, vehicle: Vehicle) -> None:
         self.last_shown[vehicle.number] = enterprise_robots.shown(vehicle, self.text_of)
 
     @property
@@ -293,16 +291,3 @@ def _(fleet: EnterpriseFleet, request: Request) -> Response:
 @api.refuse.register
 def _(fleet: EnterpriseFleet, error: ApiError) -> Response:
     return enterprise_api.refuse(enterprise_api.Problem(error.status), {}, "")
-
-
-@control.commands_of.register
-def _(fleet: EnterpriseFleet) -> control.Commands:
-    return COMMANDS
-
-
-def _turn(value: Any) -> control.Action:
-    knobs.changed(EnterpriseKnobs(), value)
-    return lambda fleet: setattr(fleet, "knobs", knobs.changed(fleet.knobs, value))
-
-
-COMMANDS: control.Commands = {"knobs": _turn, **control.SHARED}

@@ -165,7 +165,7 @@ def _vehicle(call: Call, guid: str | None, status: int) -> Vehicle:
 def get_robot(call: Call) -> Reply:
     """While a robot is offline, the last that was heard of it, or who it is alone."""
     fleet, vehicle = call.fleet, _vehicle(call, call.params["id"], 404)
-    if vehicle.robot.online:
+    if vehicle.is_online:
         return 200, enterprise_robots.shown(vehicle, fleet.text_of)
     if fleet.knobs.offline_robot == "identity":
         return 200, {"robot-identity": enterprise_robots.identity(vehicle, fleet.text_of)}
@@ -174,7 +174,8 @@ def get_robot(call: Call) -> Reply:
 
 def change_robot(call: Call) -> Reply:
     """Pause, continue, clear errors; a while later, and without effect on a robot that is offline then (guess)."""
-    fleet, robot = call.fleet, _vehicle(call, call.params["id"], 404).robot
+    fleet, vehicle = call.fleet, _vehicle(call, call.params["id"], 404)
+    robot = vehicle.robot
     if call.body.get("errors"):
         raise Problem(400, "Errors can only be cleared.")
     actions: list[Callable[[], None]] = []
@@ -184,7 +185,7 @@ def change_robot(call: Call) -> Reply:
         actions.append(robot.pause if call.body["robot-end-state"] == "Paused" else robot.resume)
 
     def act() -> None:
-        for action in actions if robot.online else ():
+        for action in actions if vehicle.is_online else ():
             action()
 
     fleet.at_robots(fleet.now + fleet.knobs.patch_seconds, act)

@@ -80,6 +80,8 @@ class ClassicKnobs:
         description_on_robot: the same of the item in the robot's queue.
         answer: what the answer to a POST of an order has: id, state and url, or the whole order, as software 3.x answers.
         outbound: whether an order that its robot hasn't begun is Outbound; otherwise it is still Pending.
+        earliest_start: how a time without zone is read that an order has as its earliest start; or none has an effect.
+        parameters: whether the values of an order are in an object, as the definition has them, or in a list, or not shown.
         state_words: other words for states of orders.
         search: status code of POST …/search.
         delete_ended: status code of a DELETE of an order that has ended.
@@ -98,6 +100,8 @@ class ClassicKnobs:
     description_on_robot: str = choice("mission", "posted", "none")
     answer: str = choice("short", "whole")
     outbound: bool = switch(True)
+    earliest_start: str = choice("local", "utc", "ignored")
+    parameters: str = choice("object", "list", "none")
     state_words: Mapping[str, str] = field(default_factory=dict, metadata={"check": _words})
     search: int = choice(200, 201, 404)
     delete_ended: int = choice(204, 404, 400)

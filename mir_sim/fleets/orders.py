@@ -51,6 +51,7 @@ class Vehicle:
         guid: the fleet's own for it.
         address: host and port at which it is reached.
         is_active: whether the fleet may use it.
+        has_contact: whether the fleet hears it while it is online.
         free_since: when its last order ended.
     """
 
@@ -59,9 +60,15 @@ class Vehicle:
     robot: SimulatedRobot
     address: str
     is_active: bool = True
+    has_contact: bool = True
     group: int = 1
     description: str = ""
     free_since: float = 0.0
+
+    @property
+    def is_online(self) -> bool:
+        """Whether the fleet reaches it."""
+        return self.has_contact and self.robot.online
 
     @property
     def is_free(self) -> bool:
@@ -70,7 +77,7 @@ class Vehicle:
         is_ready = robot.state in (StateId.READY, StateId.COMPLETED, StateId.ABORTED)
         is_ready = is_ready or (self.is_charging and robot.state in (StateId.DOCKED, StateId.EXECUTING))
         has_work = (robot.run is not None and not self.is_charging) or bool(robot.queue.pending())
-        return self.is_active and robot.online and is_ready and not has_work
+        return self.is_active and self.is_online and is_ready and not has_work
 
     @property
     def is_charging(self) -> bool:
@@ -163,10 +170,6 @@ class OrderBook:
     def get(self, number: int) -> Order | None:
         return self._orders.get(number)
 
-    def of(self, vehicle: Vehicle) -> Order | None:
-        """The order that a robot has now."""
-        return next((order for order in self._open.values() if order.vehicle is vehicle), None)
-
     def submit(self, guid: str, mission_id: str, user: Row, now: float, **fields: Any) -> Order:
         """Take an order, from a client or, in tests, from somebody else. ``fields``: further ones of :class:`Order`.
 
@@ -213,7 +216,7 @@ class OrderBook:
 
     def _read(self, order: Order, now: float) -> None:
         """Take over the state of the robot's item. Of a robot that is offline the last one stays."""
-        if order.item is None or order.vehicle is None or not order.vehicle.robot.online:
+        if order.item is None or order.vehicle is None or not order.vehicle.is_online:
             return
         if order.is_cancelled:
             self._stop_on_robot(order)
@@ -226,7 +229,7 @@ class OrderBook:
             order.state = state
 
     def _stop_on_robot(self, order: Order) -> None:
-        if order.item is not None and order.vehicle is not None and order.vehicle.robot.online:
+        if order.item is not None and order.vehicle is not None and order.vehicle.is_online:
             order.vehicle.robot.cancel(order.item)
 
     def _assign(self, order: Order, now: float) -> None:

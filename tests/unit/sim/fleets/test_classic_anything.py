@@ -24,6 +24,7 @@ STEPS = st.one_of(
     st.tuples(st.just("reboot"), st.sampled_from(["kept", "lost"])),
     st.tuples(st.just("state"), st.sampled_from(["normal", "maintenance"])),
     st.tuples(st.just("charge"), st.sampled_from([None, 100])),
+    st.tuples(st.just("cut off"), st.sampled_from([[], ["Aino"], ["Aino", "Veikko"]])),
     st.tuples(st.just("active"), ROBOTS, st.booleans()),
     st.tuples(st.just("robot"), ROBOTS, st.sampled_from(["pause", "resume", "clear_errors", "reboot", "fail"])),
 )
@@ -49,6 +50,8 @@ class Hall(FleetAsker):
                 self.send("PUT", "/status", {"state": values[0]})
             case "charge":
                 self.control(knobs={"charging_below": values[0]})
+            case "cut off":
+                self.control(out_of_contact=values[0])
             case "active":
                 self.send("PUT", f"/robots/{values[0]}", {"active": values[1]})
             case "robot":
@@ -95,6 +98,7 @@ def everything_ends(hall: Hall) -> None:
     """Once nothing is in the way, all orders end, as their robots say."""
     hall.do("state", "normal")
     hall.do("charge", None)
+    hall.do("cut off", [])
     for number in (1, 2):
         hall.do("active", number, True)
         for event in ("clear_errors", "resume"):

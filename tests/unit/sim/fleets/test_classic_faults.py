@@ -69,7 +69,9 @@ def test_the_state_of_the_model_is_shown(fleet: FleetAsker) -> None:
 
 
 def test_a_fleet_has_no_battery_and_no_picture(fleet: FleetAsker) -> None:
-    with pytest.raises(WrongValue, match="There is no command 'battery'; known are knobs, reboot_seconds, fault"):
+    with pytest.raises(
+        WrongValue, match="There is no command 'battery'; known are knobs, out_of_contact, reboot_seconds, fault"
+    ):
         fleet.control(battery=3)
     assert handle(fleet.fleet, Request.of("GET", "/sim/map.png")).status == 404
 

@@ -62,6 +62,32 @@ def test_words_for_states_are_shown_and_found() -> None:
     assert fleet.search("state", "=", "done").json() != []
 
 
+@pytest.mark.parametrize(
+    ("kind", "sent", "shown"),
+    [
+        ("local", "2026-11-23T09:00:00", "2026-11-23T09:00:00"),
+        ("utc", "2026-11-23T09:00:00", "2026-11-23T10:00:00"),
+        ("utc", "2026-11-23T09:00:00+02:00", "2026-11-23T08:00:00"),
+        ("ignored", "2026-11-23T09:00:00", "2026-11-23T07:00:00"),
+    ],
+)
+def test_the_earliest_start(kind: str, sent: str, shown: str) -> None:
+    fleet = FleetAsker(earliest_start=kind)
+    number = fleet.order("Home", earliest_start_time=sent)
+    assert fleet.item(number)["earliest_start_time"] == shown
+    fleet.pass_time(2)
+    assert (fleet.state_of(number) == "Pending") == (kind != "ignored")
+
+
+@pytest.mark.parametrize(("kind", "of"), [("object", dict), ("list", list), ("none", type(None))])
+def test_the_parameters_of_an_order(kind: str, of: type) -> None:
+    fleet = FleetAsker(parameters=kind)
+    value = {"input_name": "Time", "value": "00:00:20"}
+    shown = fleet.item(fleet.order("Wait at home", parameters=[value]))["parameters"]
+    assert isinstance(shown, of)
+    assert shown in ({"data": [value]}, [value], None)
+
+
 @pytest.mark.parametrize("status", [200, 201, 404])
 def test_the_status_of_a_search(status: int) -> None:
     assert FleetAsker(search=status).search("state", "=", "Done").status == status

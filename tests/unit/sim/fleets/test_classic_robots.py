@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from mir_sim.checks import WrongValue
 from mir_sim.missions import DEFAULT_GROUP
 from mir_sim.state import RobotError
 from tests.unit.sim.asking import GUIDS, HEADERS, credentials
@@ -95,6 +96,42 @@ def test_an_unavailable_robot_keeps_its_last_status(fleet: FleetAsker) -> None:
     assert vehicle["status"]["battery_percentage"] == pytest.approx(55, abs=0.1)
     fleet.pass_time(200)
     assert fleet.vehicle()["status"]["uptime"] < 200
+
+
+def test_what_a_robot_does_out_of_contact_is_seen_afterwards(fleet: FleetAsker) -> None:
+    number, waits = fleet.order("Home", robot_id=1), fleet.order("Home", robot_id=1)
+    fleet.pass_time(3)
+    fleet.control(out_of_contact=["Aino"])
+    last = fleet.vehicle()["status"]
+    fleet.pass_time(60)
+    assert [str(item.state) for item in fleet.robots[0].queue] == ["Done"]
+    assert (fleet.state_of(number), fleet.state_of(waits)) == ("Executing", "Pending")
+    assert (fleet.vehicle()["fleet_state"], fleet.vehicle()["status"]) == (1, last)
+    assert fleet.vehicle(2)["fleet_state"] == 11
+    fleet.control(out_of_contact=[])
+    fleet.pass_until_done(waits)
+    assert fleet.state_of(number) == "Done"
+
+
+def test_an_order_that_is_deleted_out_of_contact_ends_when_the_robot_is_reached(fleet: FleetAsker) -> None:
+    number = fleet.order("Deliver", robot_id=1)
+    fleet.pass_time(5)
+    fleet.control(out_of_contact=["Aino"])
+    assert fleet.send("DELETE", f"/mission_scheduler/{number}").status == 204
+    fleet.pass_time(10)
+    assert fleet.state_of(number) == "Executing"
+    fleet.control(out_of_contact=[])
+    fleet.pass_time(2)
+    assert fleet.state_of(number) == "Aborted"
+
+
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [("Aino", "must be a list of names of robots."), (["Eve"], "each of out_of_contact must be one of Aino, Veikko.")],
+)
+def test_contact_is_lost_with_robots_that_there_are(fleet: FleetAsker, value: Any, says: str) -> None:
+    with pytest.raises(WrongValue, match=says):
+        fleet.control(out_of_contact=value)
 
 
 def test_a_deactivated_robot_gets_nothing(fleet: FleetAsker) -> None:
