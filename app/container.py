@@ -206,7 +206,8 @@ class Container:
             keep_paused=self.check_ups.trials.keep_paused,
             answered=self.prompts.answered,
         )
-        self.fleets = Fleets(self.catalogue, ask_fleet or connector.ask_fleet)
+        self.fleets = Fleets(self.catalogue, ask_fleet or connector.ask_fleet, clock)
+        self.engine.add_chore("Asking fleets who they are", self.fleets.tick)
         self.maps = RobotMaps(db.path.parent / MAPS, self.catalogue.robot, self.make_client, clock)
         self.proposed_places = ProposedPlaces(db)
         self.robot_states = RobotStates(db)

@@ -18,6 +18,7 @@ from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database, DatabaseUnavailable
 from app.domain.check_up import Report, RobotProfile
 from app.domain.models import Execution, Mission, Robot, State
+from app.domain.robot import FleetIdentity
 from app.mir.address import Address
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
@@ -92,7 +93,12 @@ class Site:
         """Start the app on the database as it is."""
         db = Database.open(self.directory / "amr-scheduler.db", clock=self.clock, threaded=False, durable=False)
         self.container = Container(
-            db, self.clock, make_client=self._client, with_window=self._with_window, machine=self.tablet
+            db,
+            self.clock,
+            make_client=self._client,
+            ask_fleet=lambda _fleet: FleetIdentity(None, None),
+            with_window=self._with_window,
+            machine=self.tablet,
         )
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}

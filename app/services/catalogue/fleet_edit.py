@@ -29,6 +29,8 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
         raise InvalidInput("kind", "a fleet of another kind is another fleet: add that, and remove this one")
     if stored is not None:
         fleet = replace(fleet, identity=fleet.identity or stored.identity)
+        if fleet.identity is None and fleet.address != stored.address:  # it may be another one
+            fleet = replace(fleet, profile=None)
     if not is_one_of_many:
         check_is_no_other(edit, fleet, stored)
     token = token_for_fleet(fleet, password, stored)

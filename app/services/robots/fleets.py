@@ -7,19 +7,25 @@ from __future__ import annotations
 
 import itertools
 import logging
+import math
+import threading
 from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
+from app.database.errors import DatabaseError
 from app.domain import names
+from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.models import ANY_VEHICLE, Fleet, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
 from app.mir.address import Address, machine
 from app.mir.credentials import normalise_fingerprint, token_for_fleet
+from app.mir.errors import RobotError
 from app.services.catalogue import robot_edit
 from app.services.catalogue.catalogue import Catalogue, Edit
 
+ASK_EVERY = 3600.0  # s
 log = logging.getLogger(__name__)
 
 
@@ -46,8 +52,10 @@ class FoundVehicle:
 class Fleets:
     """``ask`` asks a fleet who it is and for its robots. Raises RobotError or InvalidInput."""
 
-    def __init__(self, catalogue: Catalogue, ask: Callable[[Fleet], FleetIdentity]) -> None:
-        self._catalogue, self._ask = catalogue, ask
+    def __init__(self, catalogue: Catalogue, ask: Callable[[Fleet], FleetIdentity], clock: Clock) -> None:
+        self._catalogue, self._ask, self._clock = catalogue, ask, clock
+        self._ask_at = -math.inf  # monotonic
+        self._thread: threading.Thread | None = None
 
     def test_connection(self, fleet: Fleet, password: str | None = None) -> FleetIdentity:
         """Ask a fleet as entered, saved or not. Without a password the token of the saved one is used, if it belongs to
@@ -75,15 +83,7 @@ class Fleets:
             raise InvalidInput(
                 "fleet", "{fleet} is switched off until its password is entered in Settings", fleet=fleet.name
             )
-        said = self._ask(fleet)
-        if fleet.identity and said.identity and said.identity != fleet.identity:
-            raise InvalidInput(
-                "address",
-                "another fleet answers at this address: {found} instead of {expected}",
-                found=said.identity,
-                expected=fleet.identity,
-            )
-        self._catalogue.note_fleet(fleet, said.identity, said.software)
+        said = self._identify(fleet)
         robots = self._catalogue.robots()
         either = Vehicle(ANY_VEHICLE, f"Any of {fleet.name}")
         vehicles = sorted(said.vehicles, key=lambda vehicle: (vehicle.name.casefold(), vehicle.id))
@@ -93,6 +93,37 @@ class Fleets:
         """Those chosen, in one transaction, by the names that they have at the fleet, with a number if one is taken.
         Raises InvalidInput."""
         return self._catalogue.edit(lambda edit: _add(edit, edit.the_fleet(fleet_id), vehicles))
+
+    def tick(self) -> None:
+        """A chore: ask fleets once an hour who they are, on a separate thread, as what a check-up found holds for one
+        fleet with one software. Returns at once."""
+        now = self._clock.monotonic()
+        if now < self._ask_at or (self._thread and self._thread.is_alive()):
+            return
+        self._ask_at = now + ASK_EVERY
+        if fleets := [fleet for fleet in self._catalogue.fleets() if fleet.enabled]:
+            self._thread = threading.Thread(target=self._identify_all, args=(fleets,), name="fleets", daemon=True)
+            self._thread.start()
+
+    def _identify_all(self, fleets: Sequence[Fleet]) -> None:
+        for fleet in fleets:
+            try:
+                self._identify(fleet)
+            except (RobotError, InvalidInput, DatabaseError) as problem:
+                log.info("Fleet %r could not be asked who it is: %s", fleet.name, problem)
+
+    def _identify(self, fleet: Fleet) -> FleetIdentity:
+        """What it says of itself is stored."""
+        said = self._ask(fleet)
+        if fleet.identity and said.identity and said.identity != fleet.identity:
+            raise InvalidInput(
+                "address",
+                "another fleet answers at this address: {found} instead of {expected}",
+                found=said.identity,
+                expected=fleet.identity,
+            )
+        self._catalogue.note_fleet(fleet, said.identity, said.software)
+        return said
 
     def _fleet(self, fleet_id: int) -> Fleet:
         if fleet := next((fleet for fleet in self._catalogue.fleets() if fleet.id == fleet_id), None):

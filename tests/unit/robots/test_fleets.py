@@ -11,6 +11,7 @@ from app.domain.message import render
 from app.domain.models import ANY_VEHICLE, Fleet, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
 from app.mir.credentials import Token
+from app.mir.errors import Unreachable
 from app.services.catalogue.catalogue import Catalogue
 from app.services.robots.fleets import Fleets
 from tests.support.clock import VirtualClock
@@ -23,16 +24,24 @@ class Hall:
 
     def __init__(self, path) -> None:
         self.clock = VirtualClock()
-        self.db = Database.open(path / "data" / "a.db", clock=self.clock, threaded=False, durable=False)
+        self.db = Database.open(path / "data" / "a.db", clock=self.clock, durable=False)
         self.catalogue = Catalogue(self.db, self.clock)
         self.asked: list[Fleet] = []
-        self.says = FleetIdentity("Hall 1", "2.13.5", (CARA, BELLA))
-        self.fleets = Fleets(self.catalogue, self._ask)
+        self.says: FleetIdentity | None = FleetIdentity("Hall 1", "2.13.5", (CARA, BELLA))
+        self.fleets = Fleets(self.catalogue, self._ask, self.clock)
         self.id = self.catalogue.save_fleet(Fleet("Hall", "10.0.0.50", username="user"), password="secret").id
 
     def _ask(self, fleet: Fleet) -> FleetIdentity:
         self.asked.append(fleet)
+        if self.says is None:
+            raise Unreachable(address="10.0.0.50")
         return self.says
+
+    def pass_time(self, seconds: float) -> None:
+        self.clock.advance(seconds)
+        self.fleets.tick()
+        if self.fleets._thread is not None:
+            self.fleets._thread.join(10)
 
     @property
     def fleet(self) -> Fleet:
@@ -100,6 +109,24 @@ def test_another_fleet_at_the_address_is_refused(hall):
     hall.says = replace(hall.says, identity="Hall 2")
     with pytest.raises(InvalidInput, match="another fleet answers at this address: Hall 2 instead of Hall 1"):
         hall.fleets.find(hall.id)
+    assert hall.fleet.identity == "Hall 1"
+
+
+def test_fleets_are_asked_once_an_hour_who_they_are(hall):
+    hall.pass_time(0)
+    assert (hall.fleet.identity, hall.fleet.software) == ("Hall 1", "2.13.5")
+    hall.says = replace(hall.says, software="3.3.3")
+    for seconds, software in ((3000, "2.13.5"), (700, "3.3.3")):
+        hall.pass_time(seconds)
+        assert hall.fleet.software == software
+
+
+def test_a_silent_fleet_is_asked_again(hall):
+    said, hall.says = hall.says, None
+    hall.pass_time(0)
+    assert hall.fleet.identity is None
+    hall.says = said
+    hall.pass_time(3600)
     assert hall.fleet.identity == "Hall 1"
 
 
