@@ -185,6 +185,14 @@ def test_a_person_may_want_a_day_that_is_none_of_work(plant):
     assert plant.planned(until=29)[-1] == ("Aino", "28 09:00", "Deliver")
 
 
+def test_undo_of_a_move_to_a_closed_day_keeps_off_closed_days_again(plant):
+    once = plant.catalogue.save_schedule(plant.schedule(name="Once", recurrence=None, start=local(24, 8)))
+    moved = plant.move(at(24, 8), local(28, 9, 0), once, any_day=True)
+    assert not moved.after.respect_working_days
+    again = plant.container.moving.undo(moved).after
+    assert (again.start, again.respect_working_days) == (once.start, True)
+
+
 def test_it_is_not_moved_into_a_pause(plant):
     plant.pausing.pause(plant.daily.id, at(25, 0, 0))
     with pytest.raises(InvalidInput, match="paused beyond that start"):

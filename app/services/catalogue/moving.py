@@ -77,7 +77,8 @@ class Moving:
                 if target != _target(moved.after):
                     raise InvalidInput("schedule", "its schedule has been changed since")
                 target = _target(before)
-            return _move(edit, moved.after.id, moved.at, to, *target, any_day=True)
+            respects = moved.before.respect_working_days if is_single else None
+            return _move(edit, moved.after.id, moved.at, to, *target, any_day=True, respects=respects)
 
         return self._catalogue.edit(work)
 
@@ -91,13 +92,15 @@ def _move(
     group_id: int | None,
     *,
     any_day: bool,
+    respects: bool | None = None,
 ) -> Moved:
+    """``respects``: whether a one-time schedule keeps off closed days from now on; None: as it does."""
     shown, whole = _read(edit, schedule_id)
     _check_can_be_moved(edit, shown, instant)
     changed = _moved(shown, whole, instant, to, robot_id, group_id)
     _check_can_be_then(edit, whole, changed, any_day=any_day)
     is_held = (shown.id, instant) in edit.schedules.skips(edit.c, [shown.id], held=True)
-    after = _save(edit, shown, whole, changed, instant)
+    after = _save(edit, shown, whole, changed, instant, whole.respect_working_days if respects is None else respects)
     at = changed.moved_from or instant if after is whole and whole.recurrence is not None else _instant(after)
     if is_held:
         if shown.recurrence is None:
@@ -143,7 +146,9 @@ def _check_can_be_then(edit: Edit, whole: Schedule, changed: Schedule, *, any_da
     validation.one_time_on_working_day(replace(changed, respect_working_days=respects), edit.calendar)
 
 
-def _save(edit: Edit, shown: Schedule, whole: Schedule, changed: Schedule, instant: datetime) -> Schedule:
+def _save(
+    edit: Edit, shown: Schedule, whole: Schedule, changed: Schedule, instant: datetime, respects: bool
+) -> Schedule:
     """Returns the schedule whose start it is now."""
     if _is_where_it_was(edit, whole, changed):
         if shown is not whole:
@@ -151,7 +156,7 @@ def _save(edit: Edit, shown: Schedule, whole: Schedule, changed: Schedule, insta
             put_back(edit, whole, changed.moved_from or instant)
         return whole
     if whole.recurrence is None:
-        respects = whole.respect_working_days and edit.calendar.is_working_day(changed.start.date())
+        respects = respects and edit.calendar.is_working_day(changed.start.date())
         return schedule_edit.save(edit, replace(changed, moved_of=None, moved_from=None, respect_working_days=respects))
     if shown is whole:
         leave_out(edit, whole, instant)
