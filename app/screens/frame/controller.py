@@ -185,15 +185,7 @@ class FrameController:
                 self._late.open()
                 self._show()
             case Act.RELEASE:
-                self._ask_to_release(
-                    held_back(self._facts.issues, about, services.clock.now()),
-                    lambda: self._work(
-                        lambda: services.holds.release(about),
-                        lambda _none: self._shell.snackbars.show(
-                            _("No longer on hold"), icon="play", about=about_hold(about)
-                        ),
-                    ),
-                )
+                self._release_hold(about)
             case Act.CLOCK_IS_RIGHT:
                 self._ask_clock()
             case Act.TIME_ZONE:
@@ -251,6 +243,22 @@ class FrameController:
     def _show_run(self, execution: Execution | None) -> None:
         """In Logs; all runs when the history has no longer this one."""
         self._shell.go("logs", execution_id=execution.id if execution else None, unfiltered=execution is None)
+
+    def _release_hold(self, robot_id: int | None) -> None:
+        """Of that robot, or of all (None). What nothing waits for can be undone."""
+        holds, count = self._services.holds, held_back(self._facts.issues, robot_id, self._services.clock.now())
+        hold = next((hold for hold in self._facts.issues.holds if hold.robot_id == robot_id and not hold.clock), None)
+        said, about = _("No longer on hold"), about_hold(robot_id)
+
+        def released(_none: None) -> None:
+            if count or hold is None:
+                self._shell.snackbars.show(said, icon="play", about=about)
+            else:
+                self._shell.offer_undo(
+                    said, lambda: holds.hold(hold.reason, hold.until, robot_id), self._reader.request, about=about
+                )
+
+        self._ask_to_release(count, lambda: self._work(lambda: holds.release(robot_id), released))
 
     def _ask_to_release(self, count: int, release: Callable[[], object]) -> None:
         """What starts at once can't be undone."""

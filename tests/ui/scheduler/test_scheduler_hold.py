@@ -93,6 +93,10 @@ def test_everything_is_held_with_a_reason_until_the_banner_releases_it(screen, c
     settle(screen, ui)
     assert screen.shell.snackbars.texts == ["No longer on hold"]  # and not that nothing is sent
     ui.wait(lambda: not container.holds.current() and line(screen, schedule) == "15:00")
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    [back] = container.holds.current()
+    assert (back.reason, back.until, back.robot_id) == (hold.reason, hold.until, None)
 
 
 def test_late_in_the_evening_a_time_is_proposed_that_is_still_to_come(screen, container, ui):
