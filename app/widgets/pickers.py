@@ -58,23 +58,28 @@ class TimeCells(GridLayout):
 
 
 class TimeSheet(Picker):
-    """Picks a datetime.time: an hour, a minute, and the button. On a keyboard 0 6 3 0 is 06:30, and 7 4 5 is 07:45, as no hour begins
-    with 7."""
+    """Picks a datetime.time: an hour and a minute, in any order, or the button. That is in its body: at the foot a sheet below has its
+    Save, which a second press would reach. On a keyboard 0 6 3 0 is 06:30, and 7 4 5 is 07:45, as no hour begins with 7."""
 
     hour = NumericProperty(0)
     minute = NumericProperty(0)
     separator = StringProperty(":")
 
     def __init__(self, start: time | None = None, **kwargs):
-        self._has_hour = self._is_half = False  # the hour was chosen; one digit of a number was typed
+        self._has_hour = self._is_half = False  # the hour was typed; one digit of a number was
+        self._tapped = set()
         super().__init__(**kwargs)
         if start is not None:
             self.hour, self.minute = start.hour, start.minute
 
-    def choose_hour(self, hour: int) -> None:
-        """The minutes come in sight."""
-        self.hour, self._has_hour = hour, True
-        if self.ids.page.do_scroll_y:
+    def choose(self, part: str, number: int) -> None:
+        """The ``hour`` or the ``minute`` was tapped: with the other one it is whole. Until then the minutes come in sight."""
+        setattr(self, part, number)
+        self._has_hour = self._has_hour or part == "hour"
+        self._tapped.add(part)
+        if len(self._tapped) == 2:
+            self.on_done()
+        elif part == "hour" and self.ids.page.do_scroll_y:
             turn_to(self.ids.minutes.__self__)
             rest.after_moving()
 

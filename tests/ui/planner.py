@@ -23,7 +23,7 @@ from app.widgets.fields import Field, SearchField
 from app.widgets.lanes import Lanes
 from app.widgets.menu import Menu, MenuRow
 from app.widgets.month import MonthDay
-from app.widgets.pickers import DateSheet, TimeCell, TimeSheet
+from app.widgets.pickers import DateSheet, TimeCell
 from app.widgets.sheet import FOOT_RESTS
 from app.widgets.snackbar import SECONDS, Snackbar
 from tests.ui.driver import Driver
@@ -120,7 +120,7 @@ def pick_time(app, ui, label: str, hour: int, minute: int) -> None:
     for number in (hour, minute // 5 * 5):
         cells = [cell for cell in ui.find_all(TimeCell) if cell.text == f"{number:02d}"]
         ui.tap(cells[0 if number == hour else -1])
-    press(app, ui, ui.find(TimeSheet).foot)
+    settle(app, ui)
     ui.advance(FOOT_RESTS)
 
 

@@ -77,7 +77,6 @@ def test_one_robot_breaks_the_other_comes_and_nothing_runs_twice(site, fleet, ui
         ui.advance(0.5)
         for hour_or_minute in ("06", "30"):
             ui.tap(ui.find(TimeCell, text=hour_or_minute))
-        ui.tap(ui.find(CommandButton, text="Set 06:30"))
         ui.advance(FOOT_RESTS)
         ui.advance(0.5)
         plan.form.more = True

@@ -54,13 +54,13 @@ def test_a_time_by_single_minutes(ui, dialogs):
     assert picked == [time(6, 0)]
 
 
-def test_an_hour_and_a_minute_are_a_time_once_it_is_set(ui, dialogs):
+@pytest.mark.parametrize("cells", [("07", "45"), ("45", "07"), ("06", "07", "45"), ("40", "45", "07")])
+def test_an_hour_and_a_minute_are_a_time_in_any_order(ui, dialogs, cells):
     picked: list[time] = []
     dialogs.pick_time("Time", time(6, 30), picked.append)
-    ui.tap(ui.find(TimeCell, text="07"))
-    ui.tap(ui.find(TimeCell, text="45"))
-    assert picked == []
-    ui.tap(ui.find(CommandButton, text="Set 07:45"))
+    for text in cells:
+        assert picked == []
+        ui.tap(ui.find(TimeCell, text=text))
     assert (picked, dialogs.top) == ([time(7, 45)], None)
 
 

@@ -237,6 +237,9 @@ class FormModel(FormCore):
         """To the next value of a number."""
         self.set(**{field: form_view.stepped(self._facts, self._draft, field, direction)})
 
+    def choose_number(self, field: str, number: int) -> None:
+        self.set(**{field: form_view.own(self._facts, self._draft, field, number)})
+
     def choose_also(self) -> None:
         self._shell.dialogs.choose_many(
             _("Also at"),

@@ -32,6 +32,7 @@ FIELDS = {
     "respect_working_days": "day",
     "group": "robot",
 }
+COMMON_BATTERY = (20, 30, 40, 50)  # %
 UNDER_MORE = ("last_day", "name")
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "until_time", *UNDER_MORE)
 SKIPPED = "skip-next"  # icon of a start that a person skips
@@ -77,6 +78,7 @@ class FormView:
     can_also: bool = False
     also: str = ""
     battery: str = ""
+    common_battery: tuple[Option, ...] = ()
     window: str = ""
     overlaps: tuple[tuple[str, str], ...] = ()
     priority: int = 0
@@ -140,7 +142,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     forecast = None if problem else preview.forecast
     waits = mission is None or target is None  # not begun rather than wrong
     a_day = starts_a_day(draft)
-    has_end = draft.kind not in (Kind.ONCE, Kind.OTHER)
+    has_end, battery = draft.kind not in (Kind.ONCE, Kind.OTHER), number_of(facts, draft, "minimum_battery_percent")
     return FormView(
         draft,
         title=_("New schedule") if draft.base is None else mission.name if mission else draft.base.name,
@@ -161,7 +163,8 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         ends=has_end and draft.last_day is not None,
         can_also=has_end and draft.kind is not Kind.EVERY,
         also=", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("None"),
-        battery=formats.percent(number) if (number := number_of(facts, draft, "minimum_battery_percent")) else _("Any"),
+        battery=formats.percent(battery) if battery else _("Any"),
+        common_battery=tuple(Option(n, formats.percent(n), selected=n == battery) for n in COMMON_BATTERY),
         window=formats.duration(60 * max(1, number_of(facts, draft, "start_window_minutes"))),
         overlaps=_overlaps(draft),
         priority=level(draft.priority),
@@ -182,8 +185,8 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
 
 def number_of(facts: SchedulerFacts, draft: Draft, name: str) -> int:
     """What holds in a field that is stepped through: the draft's own value, else that of Settings."""
-    own = getattr(draft, name)
-    return _inherited(facts, draft, name) if own is None else int(own)
+    number = getattr(draft, name)
+    return _inherited(facts, draft, name) if number is None else int(number)
 
 
 def _inherited(facts: SchedulerFacts, draft: Draft, name: str) -> int:
@@ -195,22 +198,23 @@ def _inherited(facts: SchedulerFacts, draft: Draft, name: str) -> int:
 
 
 def stepped(facts: SchedulerFacts, draft: Draft, name: str, direction: int) -> int | None:
-    """The next value of a field that is stepped through, a multiple of its step; None: as in Settings, or none."""
+    """The next value of a field that is stepped through, a multiple of its step, as ``own``."""
     least, most, step = STEPS[name]
     number = number_of(facts, draft, name)
     wanted = (number // step + 1) * step if direction > 0 else (-(-number // step) - 1) * step
-    wanted = min(max(wanted, least), most)
-    if name == "finish_by_minutes":
-        return wanted or None
-    inherited = _inherited(facts, draft, name)
-    return None if wanted == inherited else wanted
+    return own(facts, draft, name, min(max(wanted, least), most))
+
+
+def own(facts: SchedulerFacts, draft: Draft, name: str, number: int) -> int | None:
+    """The draft's own value of such a field; None: as in Settings, or none."""
+    return None if number == _inherited(facts, draft, name) else number
 
 
 def _advanced(facts: SchedulerFacts, draft: Draft) -> str:
     """What of the rarer fields isn't as usual; else how late it may start."""
-    own = number_of(facts, draft, "minimum_battery_percent")
+    percent = number_of(facts, draft, "minimum_battery_percent")
     said = [
-        _("battery ≥ {percent}").format(percent=formats.percent(own))
+        _("battery ≥ {percent}").format(percent=formats.percent(percent))
         if draft.minimum_battery_percent is not None
         else "",
         "" if draft.respect_working_days else _("any day"),

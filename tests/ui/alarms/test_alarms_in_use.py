@@ -148,8 +148,8 @@ def test_a_clock_in_doubt_is_amber_and_right_only_by_a_risky_answer(container, a
         ui.advance(DOUBLE_TAP)
         question = ui.find(AskSheet)
         assert [(button.text, button.style, button.tone) for button in ui.find_all(CommandButton, question)] == [
-            ("No, send nothing", "filled", "neutral"),
             ("This clock is right", "outlined", "fault"),
+            ("No, send nothing", "filled", "neutral"),
         ]
         assert "3 h behind it" in " ".join(ui.texts(question))
         ui.tap(ui.find(CommandButton, question, text=answer))

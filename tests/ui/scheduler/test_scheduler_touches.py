@@ -9,11 +9,10 @@ import pytest
 from app.domain.models import Between
 from app.i18n import translator
 from app.screens.common.options import Option
-from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage, StepLine
+from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage
 from app.screens.scheduler.draft import Kind
-from app.widgets.buttons import CommandButton, Segment
+from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.choices import OptionRow
-from app.widgets.fields import RepeatButton
 from app.widgets.pickers import TimeCell
 from tests.ui import looks
 from tests.ui.planner import KITS, field, new, press, reveal, settle, tab
@@ -51,27 +50,26 @@ def begin(hand, ui) -> FormSheet:
     return ui.find(FormSheet)
 
 
-def test_on_weekdays_at_half_past_six_with_another_battery_takes_ten(screen, container, ui, hand):
+def test_on_weekdays_at_half_past_six_with_another_battery_takes_nine(screen, container, ui, hand):
     known = {schedule.id for schedule in container.catalogue.schedules()}
     sheet = begin(hand, ui)
     hand.tap(Segment, sheet, text="Weekly")
     hand.tap_field("Time")
     hand.tap(TimeCell, text="06")
     hand.tap(TimeCell, text="30")
-    hand.tap(CommandButton, text="Set 06:30")
     hand.tap(FormFold)
-    hand.tap(RepeatButton, ui.find(StepLine, label="Min. battery"), icon="plus")
+    hand.tap(ChoiceChip, ui.find(FormSheet), text="40 %")
     hand.tap(CommandButton, text="Save")
     [made] = [schedule for schedule in container.catalogue.schedules() if schedule.id not in known]
     assert (made.recurrence, made.start.time(), made.minimum_battery_percent) == (
         "FREQ=WEEKLY;BYDAY=MO,TU,WE,TH,FR",
         time(6, 30),
-        35,
+        40,
     )
-    assert hand.taps <= 10
+    assert hand.taps <= 9
 
 
-def test_every_half_hour_from_eight_to_four_takes_nine(screen, container, ui, hand):
+def test_every_half_hour_from_eight_to_four_takes_eight(screen, container, ui, hand):
     known = {schedule.id for schedule in container.catalogue.schedules()}
     sheet = begin(hand, ui)
     hand.tap(Segment, sheet, text="More")
@@ -81,12 +79,11 @@ def test_every_half_hour_from_eight_to_four_takes_nine(screen, container, ui, ha
     ui.tap(minutes[-1])
     hand.taps += 1
     settle(screen, ui)
-    hand.tap(CommandButton, text="Set 16:00")
     hand.tap(CommandButton, text="Save")
     [made] = [schedule for schedule in container.catalogue.schedules() if schedule.id not in known]
     assert made.recurrence.startswith("FREQ=MINUTELY;INTERVAL=30")
     assert made.between == Between(time(8), time(16))
-    assert hand.taps <= 9
+    assert hand.taps <= 8
 
 
 @pytest.fixture(params=["en", "fi"])
