@@ -206,7 +206,7 @@ def status(
         robot_model=clean(value.get("robot_model"), 80),
         serial_number=text_or_none(value.get("serial_number")),
         errors=tuple(_problem(entry) for entry in some_objects(value.get("errors"))),
-        user_prompt=_prompt(value.get("user_prompt")),
+        user_prompt=user_prompt(value.get("user_prompt")),
         position=_pose(value.get("position")),
         map_id=text_or_none(value.get("map_id")),
         linear_velocity=float_or_none(velocity.get("linear")),
@@ -238,7 +238,7 @@ def _problem(value: Object) -> RobotProblem:
     )
 
 
-def _prompt(value: Any) -> UserPrompt | None:
+def user_prompt(value: Any) -> UserPrompt | None:
     if not isinstance(value, dict) or not (guid := text_or_none(value.get("guid"))):
         return None
     options = value.get("options")

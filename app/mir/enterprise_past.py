@@ -1,0 +1,86 @@
+"""Orders of Fleet Enterprise before 1.5: their ids are those of active ones only. An ended one is known by what it is,
+if the app has seen what there was before it, and no other could be meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from app.domain.message import message
+from app.domain.robot import QueueState
+from app.mir import enterprise_vocabulary as words
+from app.mir import parse
+from app.mir.errors import Unreadable
+from app.mir.fleet_connection import FleetConnection
+
+
+class Sent(NamedTuple):
+    """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent."""
+
+    mission: str
+    vehicle: str
+    before: frozenset[str]
+
+
+class PastOrders:
+    """``ask`` lists the orders that run, or have ended within the hour."""
+
+    def __init__(self, connection: FleetConnection, ask: Callable[[], list[parse.Object]]) -> None:
+        self._connection, self._ask = connection, ask
+
+    def _rows(self, within: float = 1.0) -> Sequence[parse.Object]:
+        return self._connection.shared("orders", self._ask, within)
+
+    @property
+    def _ids(self) -> dict[str, str]:
+        """Ids of phases by the tokens of the orders that are known to have them."""
+        found: dict[str, str] = self._connection.notes.setdefault("ids of phases", {})
+        return found
+
+    def note(self, token: str, mission: str, vehicle: str) -> None:
+        """This order is about to be sent."""
+        before = frozenset(_id(row) for row in self._rows(0.0))
+        self._connection.notes.setdefault(("sent", token), Sent(mission, vehicle, before))
+
+    def saw(self, token: str, event: parse.Object) -> None:
+        """It is active. Once it runs, it is the order that its robot runs."""
+        if token in self._ids or words.state_of(event.get("state")) is not QueueState.EXECUTING:
+            return
+        running = [
+            row
+            for row in self._rows()
+            if words.state_of(row.get("order-status")) is QueueState.EXECUTING
+            and all(row.get(name) == event.get(name) for name in ("robot-id", "mission-id"))
+        ]
+        if len(running) == 1:
+            self._ids[token] = _id(running[0])
+
+    def find(self, token: str, vehicle: str) -> parse.Object | None:
+        """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
+        Unreadable if several may be meant."""
+        rows, known = {_id(row): row for row in self._rows()}, self._ids
+        if token in known:
+            return rows.get(known[token])
+        sent: Sent | None = self._connection.notes.get(("sent", token))
+        others = {phase for of, phase in known.items() if of != token}
+        free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle)}
+        if not free:
+            return None
+        if sent is None or len(free) > 1:
+            raise Unreadable(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
+        ((known[token], row),) = free.items()
+        return row
+
+
+def _id(row: Mapping[str, object]) -> str:
+    return str(row.get("order-id"))
+
+
+def _may_be(row: parse.Object, sent: Sent | None, key: str, vehicle: str) -> bool:
+    """Of an order that an earlier run of the app has sent only the robot is known."""
+    if not row.get("api-key-name") and not row.get("api-key-guid"):
+        return False
+    robot = sent.vehicle if sent else vehicle
+    if robot and row.get("robot-id") not in (robot, None):
+        return False
+    return sent is None or (row.get("mission-id") == sent.mission and key not in sent.before)

@@ -1,0 +1,180 @@
+"""Requests to Fleet Enterprise: who it is, its stored data, its active orders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+from urllib.parse import quote
+
+from app.domain.check_up import NOTHING_KNOWN, RobotProfile
+from app.domain.message import message
+from app.domain.robot import (
+    FleetIdentity,
+    MapPosition,
+    MissionActions,
+    MissionDetail,
+    MissionInfo,
+    MissionParameter,
+    RobotMap,
+)
+from app.mir import enterprise_vocabulary as words
+from app.mir import parse
+from app.mir.address import Address
+from app.mir.credentials import Token
+from app.mir.errors import AnotherFleet, NotAMir, OldFleet, Rejected, Unreadable
+from app.mir.fleet_connection import FleetConnection
+from app.mir.rest import LARGEST_OBJECT, RestRequests, again_if_stale
+from app.mir.stored_data import LARGEST_MISSIONS, MOST_MISSIONS
+from app.mir.texts import clean
+from app.mir.transport import OF_READS, Response, Timeouts
+
+LEAST, WHOLE = (1, 4, 2), (1, 5)  # versions: before the first no order can be found, from the second on each by its id
+KNOWN_FOR = 10.0  # s for which the fleet's name and version are known
+NOT_FOUND = (404, 410)
+
+T = TypeVar("T")
+
+
+class Version(NamedTuple):
+    number: tuple[int, ...]
+    text: str
+    name: str  # of the fleet
+
+
+class EnterpriseRequests(RestRequests):
+    """``fleet_identity``: the known fleet's name."""
+
+    base = "/api/v1"
+
+    def __init__(
+        self,
+        address: Address,
+        token: Token,
+        *,
+        connection: FleetConnection,
+        fleet_identity: str | None = None,
+        profile: RobotProfile | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(address, token, clock=connection.clock, pace=connection.pace, **options)
+        self.fleet_identity, self._connection = fleet_identity, connection
+        self.use_profile(profile)
+
+    def use_profile(self, profile: RobotProfile | None) -> None:
+        profile = profile or NOTHING_KNOWN
+        self.pace.rest, self.timeouts = profile.rest, Timeouts().at_least(profile.timeout_s)
+
+    # ------------------------------------------------------------------ who it is
+    def _version(self, within: float = KNOWN_FOR) -> Version:
+        """Raises AnotherFleet, or OldFleet where the software is too old."""
+        found = self._connection.shared("version", self._ask_version, within)
+        if found.number < LEAST:
+            least = ".".join(map(str, LEAST))
+            raise OldFleet(address=self.address.netloc, version=found.text or "?", least=least)
+        if self.fleet_identity and found.name != self.fleet_identity:
+            raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found.name or "?")
+        return found
+
+    def _ask_version(self) -> Version:
+        try:
+            found = self._get("/system/version", lambda found: parse.object_(found, message("the fleet's version")))
+        except Rejected as error:
+            if error.status not in NOT_FOUND:
+                raise
+            raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
+        text = clean(found.get("version"), 40)
+        numbers = [int(part) for part in text.split("-")[0].split(".") if part.isascii() and part.isdigit()]
+        self._connection.notes["version"] = tuple(numbers)
+        return Version(tuple(numbers), text, clean(found.get("fleet-name"), 80))
+
+    @property
+    def _is_whole(self) -> bool:
+        return self._version().number >= WHOLE
+
+    def identify_fleet(self) -> FleetIdentity:
+        """Its name, its software, and its robots."""
+        version = self._version(0.0)
+        robots = self._get("/robots", lambda found: words.wrapped(found, "robots"), largest=LARGEST_MISSIONS)
+        return FleetIdentity(version.name or None, version.text or None, tuple(map(words.vehicle, robots)))
+
+    # ------------------------------------------------------------------ stored data
+    def missions(self) -> list[MissionInfo]:
+        """Raises Unreadable for more than MOST_MISSIONS."""
+        rows = self._get("/site/mission", lambda found: words.wrapped(found, "missions"), largest=LARGEST_MISSIONS)
+        if len(rows) > MOST_MISSIONS:
+            raise Unreadable(problem=message("more than {n} entries", n=MOST_MISSIONS), address=self.address.netloc)
+        return [found for row in rows if (found := words.mission(row)) is not None]
+
+    def mission(self, guid: str) -> MissionDetail:
+        """Raises Rejected with status 404 when the fleet has no such mission."""
+        return MissionDetail(guid, bool(self._arguments(guid)))
+
+    def parameters(self, guid: str) -> list[MissionParameter] | None:
+        return [found for row in self._arguments(guid) if (found := words.parameter(row)) is not None]
+
+    def _arguments(self, guid: str) -> list[parse.Object]:
+        found = self._get(f"/site/mission/{segment(guid)}", lambda found: parse.object_(found, message("the mission")))
+        return parse.some_objects(found.get("arguments"))
+
+    def actions(self, guid: str) -> MissionActions:
+        """The fleet does not show them."""
+        return MissionActions()
+
+    def positions(self, map_id: str | None = None) -> list[MapPosition]:
+        """Of all maps: the list has only names."""
+        rows = self._get("/site/position", lambda found: words.wrapped(found, "positions"), largest=LARGEST_MISSIONS)
+        return [MapPosition(guid, clean(row.get("name"), 255)) for row in rows if (guid := clean(row.get("id"), 80))]
+
+    def position(self, guid: str) -> MapPosition:
+        raise self._is_not_there()
+
+    def map(self, map_id: str) -> RobotMap:
+        raise self._is_not_there()
+
+    def _is_not_there(self) -> Rejected:
+        return Rejected(status=404, reason=message("the fleet doesn't show that"), address=self.address.netloc)
+
+    # ------------------------------------------------------------------ what is the same for all of its robots
+    def _active(self) -> list[parse.Object]:
+        """Events of the orders that are scheduled or run, one of each."""
+        return self._connection.shared("active", self._ask_active)
+
+    def _ask_active(self) -> list[parse.Object]:
+        name = "serial-order-status-events"
+        events = self._get(
+            "/serial-order-status/snapshot", lambda found: words.wrapped(found, name), largest=LARGEST_MISSIONS
+        )
+        for event in events:
+            if said := clean(event.get("message")):
+                self._connection.notes["said", clean(event.get("serial-order-id"), 80)] = said
+        return list(words.of_whole_orders(events).values())
+
+    def _prompts(self) -> list[parse.Object]:
+        return self._connection.shared(
+            "prompts",
+            lambda: self._get("/user-prompt-snapshot", lambda found: words.wrapped(found, "user-prompt-events")),
+        )
+
+    # ------------------------------------------------------------------ requests
+    def _request(self, method: str, path: str, *, share: float = OF_READS) -> Response:
+        def send() -> Response:
+            self.pace.wait(share, self.on_pause)
+            return self._send(method, path)
+
+        return again_if_stale(send)
+
+    def _get(self, path: str, read: Callable[[Any], T], *, largest: int | None = LARGEST_OBJECT) -> T:
+        return self._read(self._request("GET", path), read, largest)
+
+    def _found(self, path: str) -> parse.Object | None:
+        try:
+            return self._get(path, lambda found: parse.object_(found, message("the order")))
+        except Rejected as error:
+            if error.status not in NOT_FOUND:
+                raise
+            return None
+
+
+def segment(identifier: str) -> str:
+    """One segment of a path."""
+    return quote(identifier, safe="", errors="replace")

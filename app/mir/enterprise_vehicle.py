@@ -1,0 +1,327 @@
+"""A robot of Fleet Enterprise (``/api/v1``), or whichever robot that fleet chooses.
+
+The id of an order is the token, so a second POST of it is refused while the fleet knows it, and it is asked for by that
+id. An answer 202 says only that the fleet has taken the order: it counts once it is shown. Software before 1.5 can be
+asked for active orders by their ids, and for ended ones only by what they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from app.domain.capabilities import Capabilities, FindBy
+from app.domain.message import message
+from app.domain.models import ANY_VEHICLE
+from app.domain.robot import IdentifiedBy, Identity, QueueItem, QueueState, RobotState, RobotStatus, UserPrompt
+from app.mir import enterprise_vocabulary as words
+from app.mir import parse
+from app.mir.address import Address
+from app.mir.credentials import Token
+from app.mir.enterprise_past import PastOrders
+from app.mir.enterprise_requests import LEAST, NOT_FOUND, WHOLE, EnterpriseRequests, segment
+from app.mir.errors import AnotherRobot, NotShownYet, Rejected, RobotError, VehicleUnavailable
+from app.mir.fleet_connection import FleetConnection
+from app.mir.fleet_vocabulary import as_text
+from app.mir.texts import clean
+from app.mir.transport import OF_ALL, OF_STATUS
+
+VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet and robot
+SILENT_AFTER = 15.0  # s without news of a robot, which reports each second: it has no contact
+ORDER = "/serial-order"
+
+OF_A_VEHICLE = Capabilities(find_by=FindBy.ID, registers=False, maps=False, robot_ages=True)
+
+
+class EnterpriseVehicle(EnterpriseRequests):
+    """A ``Target``. ``vehicle``: the robot's id at the fleet, or ANY_VEHICLE. ``serial_number``: the known one of that
+    robot."""
+
+    def __init__(
+        self,
+        address: Address,
+        token: Token,
+        vehicle: str,
+        *,
+        connection: FleetConnection,
+        serial_number: str | None = None,
+        identified_by: IdentifiedBy | None = None,
+        **options: Any,
+    ) -> None:
+        super().__init__(address, token, connection=connection, **options)
+        self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
+        self._is_any = vehicle == ANY_VEHICLE
+        self._followed: set[str] = set()  # tokens of orders that were asked for, for ANY_VEHICLE
+        self._past = PastOrders(connection, self._ask_past)
+
+    @property
+    def capabilities(self) -> Capabilities:
+        is_whole = self._connection.notes.get("version", LEAST) >= WHOLE
+        can = is_whole and not self._is_any
+        return replace(OF_A_VEHICLE, any_vehicle=self._is_any, pause=can, clear_error=can, prompts=can)
+
+    # ------------------------------------------------------------------ who it is
+    def identify(self) -> Identity:
+        status = self.status()
+        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else IdentifiedBy.ADDRESS
+        return Identity(status, "", status.software, self.identified_by)
+
+    # ------------------------------------------------------------------ the robot
+    def status(self) -> RobotStatus:
+        """Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where the fleet has heard nothing of it lately."""
+        return self._status(1.0)
+
+    def _status(self, within: float) -> RobotStatus:
+        self._version()
+        if self._is_any:
+            began = self._clock()
+            self._active()
+            return RobotStatus(state=RobotState.READY, elapsed_s=self._clock() - began)
+        robot, date, took = self._connection.shared(f"robot {self.vehicle}", self._ask_robot, within)
+        identity = robot.get("robot-identity")
+        found = words.vehicle(identity if isinstance(identity, dict) else {}).serial_number
+        if self.serial_number and found and found != self.serial_number:
+            raise AnotherRobot(address=self.address.netloc, expected=self.serial_number, found=found)
+        self._check_contact(robot, date)
+        own = [event for event in self._active() if event.get("robot-id") == self.vehicle]
+        running = [event for event in own if words.state_of(event.get("state")) is QueueState.EXECUTING]
+        asks = any(clean(event.get("state")).casefold() == "waitingforinput" for event in running)
+        return words.status(robot, running, self._prompt() if asks else None, date, took)
+
+    def _ask_robot(self) -> tuple[parse.Object, datetime | None, float]:
+        began = self._clock()
+        try:
+            answer = self._request("GET", f"/robots/{segment(self.vehicle)}", share=OF_STATUS)
+        except Rejected as error:
+            if error.status not in NOT_FOUND:
+                raise
+            raise VehicleUnavailable(code="not_in_fleet", address=self.address.netloc) from None
+        robot = self._read(answer, lambda found: parse.object_(found, message("the robot")))
+        return robot, parse.http_date(answer.headers.get("Date", "")), self._clock() - began
+
+    def _check_contact(self, robot: parse.Object, date: datetime | None) -> None:
+        """The last that the fleet has heard stays when the robot is off."""
+        text, mono = words.heard_at(robot), self._clock()
+        before, since = self._connection.notes.get(("heard", self.vehicle), ("", mono))
+        if text != before:
+            before, since = text, mono
+            self._connection.notes["heard", self.vehicle] = (text, mono)
+        at = parse.instant(text)
+        is_old = at is not None and date is not None and date - at.replace(tzinfo=UTC) > timedelta(seconds=SILENT_AFTER)
+        if not text or is_old or mono - since > SILENT_AFTER:
+            raise VehicleUnavailable(address=self.address.netloc, state=text or "?")
+
+    def _prompt(self) -> UserPrompt | None:
+        if not self._is_whole:
+            return None
+        own = (event for event in self._prompts() if event.get("robot-id") == self.vehicle)
+        return next(filter(None, map(words.prompt, own)), None)
+
+    def set_state(self, state: RobotState) -> RobotStatus | None:
+        self._patch({"robot-end-state": "Paused" if state is RobotState.PAUSE else "Operational"})
+        return None
+
+    def clear_error(self) -> RobotStatus | None:
+        self._patch({"errors": []})
+        return None
+
+    def _patch(self, body: parse.Object) -> None:
+        """Taken, not done yet: the status shows when it is."""
+        self._change("PATCH", f"/robots/{segment(self.vehicle)}", body)
+        self._connection.forget(f"robot {self.vehicle}")
+
+    def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
+        """By the option's number, from 1. Raises Rejected if the question has no such answer any more."""
+        asked = next((event for event in self._prompts() if event.get("id") == guid), {})
+        options = asked.get("options")
+        options = [str(option).strip() for option in options] if isinstance(options, list) else []
+        if answer not in options:
+            raise Rejected(status=404, reason=message("the question is no longer asked"), address=self.address.netloc)
+        self._change("POST", "/user-prompt", {"id": guid, "value": options.index(answer) + 1})
+        self._connection.forget("prompts")
+        return None
+
+    # ------------------------------------------------------------------ orders
+    def enqueue(
+        self,
+        mission_guid: str,
+        *,
+        description: str = "",
+        text: str = "",
+        priority: int = 0,
+        parameters: Mapping[str, Any] | None = None,
+        is_wanted: Callable[[], bool] = lambda: True,
+    ) -> int:
+        """Raises NotShownYet where the fleet has taken the order without showing it."""
+        arguments = [{"name": name, "value": as_text(value)} for name, value in (parameters or {}).items()]
+        phase: parse.Object = {"mission-id": mission_guid, "arguments": arguments}
+        self.pace.wait(OF_ALL)
+        self._verify()
+        if self._is_whole:
+            phase["order-id"] = words.phase_of(description)
+        else:
+            self._past.note(description, mission_guid, "" if self._is_any else self.vehicle)
+        order = {
+            "id": description,
+            "priority": words.PRIORITIES[(priority > 0) - (priority < 0) + 1],
+            "robot-id": None if self._is_any else self.vehicle,
+            "phases": [phase],
+        }
+        self._followed.add(description)
+        try:
+            answer = self._send("POST", ORDER, json={"serial-order": order}, is_wanted=is_wanted)
+        except Rejected as error:
+            if error.status != 409 or not self._is_same(self._shown(description), mission_guid):
+                raise
+        else:
+            if answer.status != 201:
+                self._shown(description)
+        finally:
+            self._connection.forget("active")
+        return words.number_of(description)
+
+    def _shown(self, token: str) -> QueueItem:
+        """The order that the fleet has taken just now, or before. Raises NotShownYet."""
+        try:
+            found = self._find(token)
+        except RobotError:
+            found = None
+        if found is None:
+            raise NotShownYet(address=self.address.netloc) from None
+        return found
+
+    def _is_same(self, found: QueueItem, mission_guid: str) -> bool:
+        """Whether the order that the fleet has with this id is the one that is sent again."""
+        is_for_it = self._is_any or found.vehicle in ("", self.vehicle)
+        return is_for_it and found.mission_id in (None, mission_guid)
+
+    def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
+        token = token or self._token_of(queue_id)
+        found = self._find(token) if token else None
+        if found is None:
+            raise Rejected(status=404, reason=message("the fleet has no such order"), address=self.address.netloc)
+        self._followed.add(token)
+        return found
+
+    def _token_of(self, queue_id: int) -> str:
+        """Of an active order that may be another client's."""
+        return next((item.description for item in self._active_items() if item.id == queue_id), "")
+
+    def _find(self, token: str) -> QueueItem | None:
+        """None: the fleet does not have it."""
+        try:
+            words.number_of(token)
+        except ValueError:
+            return None
+        return self._find_by_id(token) if self._is_whole else self._find_by_facts(token)
+
+    def _find_by_id(self, token: str) -> QueueItem | None:
+        """By its phase, which stays when the order has ended; then by the order, whose phase may have another id."""
+        if (item := self._phase(token, words.phase_of(token))) is not None:
+            return item
+        order = self._found(f"{ORDER}/{segment(token)}")
+        if order is None:
+            return None
+        phase = next(iter(parse.some_objects(order.get("phases"))), {})
+        if phase_id := clean(phase.get("order-id"), 80):
+            item = self._phase(token, phase_id)
+        return item or QueueItem(
+            words.number_of(token),
+            QueueState.PENDING,
+            "Created",
+            parse.text_or_none(phase.get("mission-id")),
+            description=token,
+            vehicle=clean(order.get("robot-id"), 80),
+        )
+
+    def _find_by_facts(self, token: str) -> QueueItem | None:
+        event = next((event for event in self._active() if event.get("serial-order-id") == token), None)
+        if event is not None:
+            self._past.saw(token, event)
+            return words.item_of_event(event, {})
+        order = self._past.find(token, "" if self._is_any else self.vehicle)
+        return (
+            None
+            if order is None
+            else words.item_of_order(token, order, self._connection.notes.get(("said", token), ""))
+        )
+
+    def _ask_past(self) -> list[parse.Object]:
+        return self._get("/order", lambda found: parse.objects(found, message("the orders")), largest=None)
+
+    def _phase(self, token: str, phase_id: str) -> QueueItem | None:
+        order = self._found(f"/order/{segment(phase_id)}")
+        return (
+            None
+            if order is None
+            else words.item_of_order(token, order, self._connection.notes.get(("said", token), ""))
+        )
+
+    def open_items(self) -> list[QueueItem]:
+        """Of this robot; for any robot those that no robot has yet, and those that were asked for."""
+        return [item for item in self._active_items() if item.state.is_open and self._is_own(item)]
+
+    def _is_own(self, item: QueueItem) -> bool:
+        if self._is_any:
+            return not item.vehicle or item.description in self._followed
+        return item.vehicle == self.vehicle
+
+    def items_after(
+        self,
+        id_floor: int,
+        known: dict[int, QueueItem | None] | None = None,
+        highest: int = 0,
+        tokens: Collection[str] = (),
+    ) -> list[QueueItem]:
+        """Those with these ``tokens``, each by itself; without any the active ones."""
+        if not tokens:
+            return self.open_items()
+        found = []
+        for token in tokens:
+            self.on_pause()
+            if (item := self._find(token)) is not None:
+                found.append(item)
+        return sorted(found, key=lambda item: item.id)
+
+    def highest_queue_id(self) -> int | None:
+        return None
+
+    def _active_items(self) -> list[QueueItem]:
+        names = self._connection.notes.get("names", {})
+        found = [words.item_of_event(event, names) for event in self._active() if not words.gives_way(event)]
+        return sorted(filter(None, found), key=lambda item: item.id)
+
+    def cancel(self, queue_id: int, token: str = "") -> None:
+        """Taken, not done yet."""
+        token = token or self._token_of(queue_id)
+        if not token:
+            raise Rejected(status=404, reason=message("the fleet has no such order"), address=self.address.netloc)
+        self._change("DELETE", f"{ORDER}/{segment(token)}")
+        self._connection.forget("active")
+
+    def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
+        for queue_id, token in (own or {}).items():
+            try:
+                self.cancel(queue_id, token)
+            except Rejected as error:
+                if error.status not in (400, *NOT_FOUND):  # it has ended
+                    raise
+
+    # ------------------------------------------------------------------ requests
+    def _change(self, method: str, path: str, body: Any = None) -> None:
+        """What a person orders, which does not wait for its turn."""
+        self.pace.wait(None)
+        self._verify(needs_contact=False)
+        self._send(method, path, json=body)
+
+    def _verify(self, *, needs_contact: bool = True) -> None:
+        """Whether the known fleet and robot are there, before anything is changed."""
+        try:
+            self._status(VERIFIED_FOR)
+        except VehicleUnavailable:
+            if needs_contact:
+                raise
+        except RobotError as error:
+            raise error.unsent() from None

@@ -1,0 +1,338 @@
+"""A robot of Fleet Enterprise as a target, against the simulated fleet."""
+
+from __future__ import annotations
+
+import uuid
+from typing import Any
+
+import pytest
+
+from app.domain.capabilities import FindBy
+from app.domain.models import ANY_VEHICLE
+from app.domain.robot import QueueState, RobotState
+from app.mir.enterprise_vehicle import EnterpriseVehicle
+from app.mir.errors import (
+    AnotherFleet,
+    AnotherRobot,
+    ConnectionLost,
+    Delivery,
+    NotShownYet,
+    OldFleet,
+    Rejected,
+    Unauthorized,
+    Unreadable,
+    VehicleUnavailable,
+)
+from app.mir.fleet_connection import FleetConnection
+from mir_sim import SimulatedRobot
+from mir_sim.faults import Fault, FaultKind
+from mir_sim.fleets.enterprise import EnterpriseFleet
+from mir_sim.fleets.knobs import EnterpriseKnobs
+from tests.support.fleets import ADDRESS, KEY, TOKEN, MachineTransport
+from tests.unit.sim.asking import GUIDS
+
+OLDER = {"version": "1.4.2"}
+
+
+class Hall:
+    """A fleet of two robots, and clients of it that share a connection."""
+
+    def __init__(self, **knobs: Any) -> None:
+        self.robots = [SimulatedRobot(name, battery=80.0) for name in ("Aino", "Veikko")]
+        self.fleet = EnterpriseFleet("Hall", self.robots, knobs=EnterpriseKnobs(**knobs))
+        self.ids = [vehicle.guid for vehicle in self.fleet.vehicles]
+        self.restart_app()
+
+    def restart_app(self) -> None:
+        self.connection = FleetConnection(clock=lambda: self.fleet.now)
+        self.transport = MachineTransport(self.fleet, KEY)
+
+    def vehicle(self, vehicle: int | str = 0, **options: Any) -> EnterpriseVehicle:
+        guid = vehicle if isinstance(vehicle, str) else self.ids[vehicle]
+        options = {"transport": self.transport, **options}
+        return EnterpriseVehicle(ADDRESS, KEY, guid, connection=self.connection, **options)
+
+    def pass_time(self, seconds: float) -> None:
+        self.fleet.advance_to(self.fleet.now + seconds)
+
+    def meets(self, kind: FaultKind) -> None:
+        self.fleet.faults.add(Fault(kind, "/serial-order", "POST"))
+
+    def run_until(self, target: EnterpriseVehicle, token: str, *states: QueueState) -> QueueState:
+        ends = self.fleet.now + 600
+        while (state := target.queue_item(0, token).state) not in states:
+            assert self.fleet.now < ends, state
+            self.pass_time(1.0)
+        return state
+
+    @property
+    def orders(self) -> int:
+        return len(list(self.fleet.phases()))
+
+
+@pytest.fixture
+def hall() -> Hall:
+    return Hall()
+
+
+def token() -> str:
+    return str(uuid.uuid4())
+
+
+@pytest.mark.parametrize("knobs", [{}, {"posted": "accepted", "appears_seconds": (0.0, 0.0)}, OLDER])
+def test_an_order_is_followed_to_its_end(knobs: dict[str, Any]) -> None:
+    hall = Hall(**knobs)
+    aino, own = hall.vehicle(), token()
+    number = aino.enqueue(GUIDS["Home"], description=own)
+    hall.pass_time(1.1)
+    (item,) = aino.open_items()
+    assert (item.id, item.description, item.vehicle) == (number, own, hall.ids[0])
+    assert 0 < number < 2**53
+    assert hall.run_until(aino, own, QueueState.EXECUTING)
+    assert hall.run_until(aino, own, QueueState.DONE)
+    done = aino.queue_item(number, own)
+    assert (done.id, done.vehicle_name) == (number, "Aino")
+    assert done.started is not None
+    assert done.finished is not None
+    assert aino.open_items() == []
+
+
+@pytest.mark.parametrize("knobs", [{}, OLDER], ids=["1.5.0", "1.4.2"])
+@pytest.mark.parametrize("after", [0.0, 300.0], ids=["at once", "when it has ended"])
+def test_an_order_whose_answer_is_lost_is_found_by_its_id(knobs: dict[str, Any], after: float) -> None:
+    hall = Hall(**knobs)
+    aino, own = hall.vehicle(), token()
+    hall.meets(FaultKind.DROP_RESPONSE)
+    with pytest.raises(ConnectionLost) as lost:
+        aino.enqueue(GUIDS["Home"], description=own)
+    assert lost.value.delivery is Delivery.UNKNOWN
+    hall.pass_time(after)
+    (item,) = aino.items_after(0, tokens=(own, token(), "no UUID"))
+    assert item.description == own
+    assert (item.state is QueueState.DONE) == (after > 0)
+
+
+def test_a_request_that_is_lost_is_not_found(hall: Hall) -> None:
+    aino, own = hall.vehicle(), token()
+    hall.meets(FaultKind.DROP_REQUEST)
+    with pytest.raises(ConnectionLost):
+        aino.enqueue(GUIDS["Home"], description=own)
+    assert aino.items_after(0, tokens=(own,)) == []
+    with pytest.raises(Rejected) as problem:
+        aino.queue_item(0, own)
+    assert problem.value.status == 404
+
+
+@pytest.mark.parametrize("knobs", [{}, OLDER], ids=["1.5.0", "1.4.2"])
+def test_the_same_order_sent_again_is_the_same(knobs: dict[str, Any]) -> None:
+    hall = Hall(**knobs)
+    aino, own = hall.vehicle(), token()
+    numbers = {aino.enqueue(GUIDS["Home"], description=own) for _ in range(2)}
+    assert len(numbers) == 1 == hall.orders
+
+
+def test_another_order_with_its_id_is_not_taken_for_it(hall: Hall) -> None:
+    aino, veikko, own = hall.vehicle(0), hall.vehicle(1), token()
+    aino.enqueue(GUIDS["Home"], description=own)
+    with pytest.raises(Rejected) as problem:
+        veikko.enqueue(GUIDS["Home"], description=own)
+    assert (problem.value.status, problem.value.delivery) == (409, Delivery.REFUSED)
+
+
+def test_an_order_that_was_taken_and_comes_later_is_in_doubt_until_then() -> None:
+    hall = Hall(posted="accepted", appears_seconds=(2.0, 3.0))
+    aino, own = hall.vehicle(), token()
+    with pytest.raises(NotShownYet) as problem:
+        aino.enqueue(GUIDS["Home"], description=own)
+    assert problem.value.delivery is Delivery.UNKNOWN
+    assert aino.items_after(0, tokens=(own,)) == []
+    hall.pass_time(3.5)
+    assert [item.description for item in aino.items_after(0, tokens=(own,))] == [own]
+
+
+def test_an_order_that_was_taken_and_never_comes_is_in_doubt() -> None:
+    hall = Hall(posted="lost")
+    aino, own = hall.vehicle(), token()
+    with pytest.raises(NotShownYet):
+        aino.enqueue(GUIDS["Home"], description=own)
+    hall.pass_time(90.0)
+    assert aino.items_after(0, tokens=(own,)) == []
+
+
+def test_an_ended_order_that_could_be_another_one_is_in_doubt() -> None:
+    """Software 1.4.2 does not say the ids of ended orders, and the app has been restarted since."""
+    hall = Hall(**OLDER)
+    own = token()
+    hall.vehicle().enqueue(GUIDS["Home"], description=own)
+    hall.pass_time(300.0)
+    hall.restart_app()
+    with pytest.raises(Unreadable):
+        hall.vehicle().items_after(0, tokens=(own,))
+    assert hall.vehicle(1).items_after(0, tokens=(own,)) == []
+
+
+@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
+def test_one_order_is_cancelled_and_no_other(hall: Hall, runs: bool) -> None:
+    aino, veikko, own, other = hall.vehicle(0), hall.vehicle(1), token(), token()
+    number = aino.enqueue(GUIDS["Deliver"], description=own)
+    veikko.enqueue(GUIDS["Deliver"], description=other)
+    if runs:
+        hall.run_until(aino, own, QueueState.EXECUTING)
+    aino.cancel(number, own)
+    assert hall.run_until(aino, own, QueueState.ABORTED) is QueueState.ABORTED
+    assert veikko.queue_item(0, other).state is not QueueState.ABORTED
+
+
+def test_an_order_of_somebody_else_is_cancelled_by_its_number(hall: Hall) -> None:
+    hall.fleet.order_of_somebody(GUIDS["Deliver"], hall.fleet.vehicles[0])
+    hall.pass_time(2.0)
+    aino = hall.vehicle()
+    (item,) = aino.open_items()
+    aino.cancel(item.id)
+    hall.pass_time(10.0)
+    assert aino.open_items() == []
+
+
+def test_clearing_cancels_the_apps_own_orders_only(hall: Hall) -> None:
+    aino, own, theirs = hall.vehicle(), token(), token()
+    number = aino.enqueue(GUIDS["Deliver"], description=own)
+    aino.enqueue(GUIDS["Deliver"], description=theirs)
+    aino.clear_queue({number: own, 5: token()})
+    hall.pass_time(10.0)
+    assert aino.queue_item(0, own).state is QueueState.ABORTED
+    assert aino.queue_item(0, theirs).state is not QueueState.ABORTED
+
+
+def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
+    any_robot, own = hall.vehicle(ANY_VEHICLE), token()
+    assert any_robot.capabilities.any_vehicle
+    assert any_robot.status().state is RobotState.READY
+    number = any_robot.enqueue(GUIDS["Home"], description=own)
+    assert any_robot.queue_item(number, own).vehicle == ""
+    assert [item.id for item in any_robot.open_items()] == [number]
+    hall.run_until(any_robot, own, QueueState.EXECUTING)
+    assert any_robot.queue_item(number, own).vehicle_name in ("Aino", "Veikko")
+    hall.pass_time(1.1)
+    assert [item.id for item in any_robot.open_items()] == [number]
+
+
+@pytest.mark.parametrize("shows", ["last", "identity"])
+def test_a_robot_of_which_nothing_is_heard_is_unavailable(shows: str) -> None:
+    hall = Hall(offline_robot=shows)
+    aino = hall.vehicle()
+    assert aino.status().state is RobotState.READY
+    hall.robots[0].reboot(600.0)
+    for _ in range(3):
+        hall.pass_time(10.0)
+        if shows == "last" and hall.fleet.now < 20:
+            aino.status()  # the last that was heard is not old yet
+    with pytest.raises(VehicleUnavailable):
+        aino.status()
+    with pytest.raises(VehicleUnavailable) as problem:
+        aino.enqueue(GUIDS["Home"], description=token())
+    assert problem.value.delivery is Delivery.NOT_SENT
+    assert hall.vehicle(1).status().state is RobotState.READY
+
+
+def test_a_robot_that_the_fleet_does_not_have_any_more(hall: Hall) -> None:
+    with pytest.raises(VehicleUnavailable) as problem:
+        hall.vehicle(token()).status()
+    assert problem.value.code == "not_in_fleet"
+
+
+def test_another_fleet_or_robot_gets_no_order(hall: Hall) -> None:
+    for target, kind in (
+        (hall.vehicle(serial_number="0815"), AnotherRobot),
+        (hall.vehicle(fleet_identity="Yard"), AnotherFleet),
+        (hall.vehicle(ANY_VEHICLE, fleet_identity="Yard"), AnotherFleet),
+    ):
+        with pytest.raises(kind) as problem:
+            target.enqueue(GUIDS["Home"], description=token())
+        assert problem.value.delivery is Delivery.NOT_SENT
+    assert hall.orders == 0
+
+
+def test_older_software_is_refused() -> None:
+    hall = Hall(version="1.3.1")
+    with pytest.raises(OldFleet) as problem:
+        hall.vehicle().enqueue(GUIDS["Home"], description=token())
+    assert problem.value.params["version"] == "1.3.1"
+    assert problem.value.delivery is Delivery.NOT_SENT
+    assert hall.orders == 0
+
+
+def test_a_wrong_key_is_refused(hall: Hall) -> None:
+    with pytest.raises(Unauthorized):
+        hall.vehicle(transport=MachineTransport(hall.fleet, TOKEN)).status()
+
+
+def test_the_robot_is_paused_and_resumed(hall: Hall) -> None:
+    aino = hall.vehicle()
+    aino.set_state(RobotState.PAUSE)
+    hall.pass_time(3.0)
+    assert aino.status().state is RobotState.PAUSE
+    aino.set_state(RobotState.READY)
+    hall.pass_time(3.0)
+    assert aino.status().state is RobotState.READY
+
+
+def test_what_it_can_do_is_known_by_its_software() -> None:
+    whole, older = Hall().vehicle(), Hall(**OLDER).vehicle()
+    for target in (whole, older):
+        target.identify()
+        assert target.capabilities.find_by is FindBy.ID
+    assert whole.capabilities.pause
+    assert not older.capabilities.pause
+
+
+def test_a_busy_robot_says_so_and_why_an_order_failed(hall: Hall) -> None:
+    aino, own = hall.vehicle(), token()
+    number = aino.enqueue(GUIDS["Deliver"], description=own)
+    hall.run_until(aino, own, QueueState.EXECUTING)
+    hall.pass_time(1.1)
+    assert aino.status().state is RobotState.EXECUTING
+    hall.robots[0].cancel_all()
+    hall.run_until(aino, own, QueueState.ABORTED)
+    assert aino.queue_item(number, own).message
+
+
+def test_missions_and_what_they_ask_for(hall: Hall) -> None:
+    aino = hall.vehicle()
+    assert {mission.name: mission.guid for mission in aino.missions()}["Home"] == GUIDS["Home"]
+    (asked,) = aino.parameters(GUIDS["Go to position"]) or ()
+    assert asked.is_position
+    place = aino.positions()[0]
+    own = token()
+    aino.enqueue(GUIDS["Go to position"], description=own, parameters={asked.name: place.guid})
+    assert hall.run_until(aino, own, QueueState.DONE)
+    with pytest.raises(Rejected):
+        aino.mission(token())
+
+
+def test_a_question_is_answered_by_the_number_of_its_option(hall: Hall) -> None:
+    aino, own = hall.vehicle(), token()
+    aino.enqueue(GUIDS["Ask for release"], description=own)
+    ends = hall.fleet.now + 120
+    while (prompt := aino.status().user_prompt) is None:
+        assert hall.fleet.now < ends
+        hall.pass_time(1.1)
+    with pytest.raises(Rejected):
+        aino.answer_prompt(prompt.guid, "perhaps")
+    aino.answer_prompt(prompt.guid, prompt.options[-1])
+    hall.pass_time(2.0)
+    assert aino.status().user_prompt is None
+
+
+def test_the_fleet_says_who_it_is(hall: Hall) -> None:
+    found = hall.vehicle(ANY_VEHICLE).identify_fleet()
+    assert (found.identity, found.software) == ("Hall", "1.5.0")
+    assert [(each.id, each.name) for each in found.vehicles] == list(zip(hall.ids, ("Aino", "Veikko"), strict=True))
+
+
+def test_the_fleets_robots_share_what_is_the_same_for_all(hall: Hall) -> None:
+    targets = [hall.vehicle(0), hall.vehicle(1), hall.vehicle(ANY_VEHICLE)]
+    for target in targets:
+        target.status()
+        target.open_items()
+    for path in ("/system/version", "/serial-order-status/snapshot"):
+        assert hall.transport.requests.count(f"GET {path}") == 1
