@@ -18,12 +18,13 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain.activity import can_work, is_charging
 from app.domain.clock import Clock, SystemClock
-from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, InvalidInput, Robot
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Robot
 from app.domain.robot import FleetIdentity
 from app.mir.address import Address
 from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
+from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.fleet_connection import FleetConnection
 from app.mir.target import Target
 from app.mir.transport import Pace
@@ -308,11 +309,10 @@ class Connector:
         with closing(self._vehicle(any_of_it, replace(fleet, identity=None))) as client:
             return client.identify_fleet()
 
-    def _vehicle(self, robot: Robot, fleet: Fleet) -> ClassicVehicle:
-        if fleet.kind is not FleetKind.CLASSIC:
-            raise InvalidInput("fleet", "Fleet Enterprise can't be asked yet")
+    def _vehicle(self, robot: Robot, fleet: Fleet) -> ClassicVehicle | EnterpriseVehicle:
+        kind = EnterpriseVehicle if fleet.kind is FleetKind.ENTERPRISE else ClassicVehicle
         key = fleet.address, fleet.token, fleet.certificate_sha256
-        return ClassicVehicle(
+        return kind(
             Address.parse(fleet.address),
             Token.from_header(fleet.token or ""),
             robot.vehicle,

@@ -13,7 +13,7 @@ from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission
 from tests.unit.sim.asking import GUIDS
 
 BOUND = 30.0
-USER = "distributor"
+PASSWORDS = {FleetKind.CLASSIC: "distributor", FleetKind.ENTERPRISE: "mir_scheduler"}
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
@@ -31,10 +31,11 @@ def app(tmp_path):
     app.close()
 
 
-def test_robots_of_a_classic_fleet_are_found_and_take_missions(app):
-    with mir_sim.serve(robots=2, fleet="classic", time_scale=50) as served:
+@pytest.mark.parametrize("kind", FleetKind)
+def test_robots_of_a_fleet_are_found_and_take_missions(app, kind):
+    with mir_sim.serve(robots=2, fleet=kind, time_scale=50) as served:
         url = served.above.url
-        fleet = app.catalogue.save_fleet(Fleet("Hall", url, FleetKind.CLASSIC, USER), password=USER)
+        fleet = app.catalogue.save_fleet(Fleet("Hall", url, kind, "distributor"), password=PASSWORDS[kind])
         either, *others = (found.vehicle for found in app.fleets.find(fleet.id))
         assert [vehicle.name for vehicle in others] == [robot.name for robot in served.robots]
         robots = app.fleets.add(fleet.id, [either, others[1]])
