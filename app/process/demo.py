@@ -88,7 +88,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
         history += _one_at_a_time(runs)
     group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved)))
     container.catalogue.save_schedule(_live_schedule(group, by_name[LIVE], settings, now))
-    container.catalogue.save_idle_rule(saved[0].id, by_name["Return to charger"].id, after_minutes=15)
+    container.catalogue.change_idle_rule(saved[0].id, mission_id=by_name["Return to charger"].id, after_minutes=15)
     history.sort(key=lambda row: row.planned_at)
     container.db.write(lambda w: container.repositories.executions.add_many(w, history))
     for number, robot in enumerate(saved):

@@ -138,8 +138,10 @@ class Plant:
                     "FREQ=DAILY",
                 )
             )
-        catalogue.save_idle_rule(robots["Aino"].id, missions["Return to charger"].id, after_minutes=15)
-        catalogue.save_idle_rule(robots["Veikko"].id, missions["Collect empties"].id, after_minutes=10, enabled=False)
+        catalogue.change_idle_rule(robots["Aino"].id, mission_id=missions["Return to charger"].id, after_minutes=15)
+        catalogue.change_idle_rule(
+            robots["Veikko"].id, mission_id=missions["Collect empties"].id, after_minutes=10, enabled=False
+        )
         backup = self.container.db.path.parent / "backups" / "daily-2026-11-20.db"
         back_up(self.container.db.path, backup)
         os.utime(backup, (datetime(2026, 11, 20, tzinfo=UTC).timestamp(),) * 2)

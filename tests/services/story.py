@@ -147,7 +147,7 @@ def rest(s, name="Home", enabled=True):
     """R1 does that after five minutes of rest."""
     if name not in [each.name for each in s.container.catalogue.missions()]:
         s.add_mission(name)
-    s.container.catalogue.save_idle_rule(1, s.mission(name).id, after_minutes=5, enabled=enabled)
+    s.container.catalogue.change_idle_rule(1, mission_id=s.mission(name).id, after_minutes=5, enabled=enabled)
 
 
 # ---------------------------------------------------------------------- starts and robots

@@ -11,7 +11,8 @@ from app.database.connection import Database
 from app.database.robots import RobotRepository
 from app.domain.models import Robot
 from app.services.catalogue.catalogue import Catalogue
-from app.services.live.alarms import KEPT, LONGEST_NOTE, SHELF_HOURS, Alarms
+from app.services.live import alarms
+from app.services.live.alarms import LONGEST_NOTE, SHELF_HOURS, Alarms
 from app.services.live.changes import Changes, Topic
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
@@ -76,6 +77,36 @@ def test_what_is_wrong_with_a_robot_ends_when_it_leaves(desk, leave):
     }
 
 
+def test_a_condition_that_lasts_is_one_line_with_its_newest_details(desk):
+    began, alarm = desk.clock.now(), ("unreachable", "robot:1")
+    for problem in "ab":
+        desk.alarms.raise_(*alarm, problem=problem)
+        desk.clock.advance(300)
+    found = desk.only()
+    assert (found.count, found.raised_at, found.last_at, found.details) == (1, began, began, {"problem": "b"})
+
+
+def test_a_condition_that_went_and_came_again_is_counted(desk):
+    desk.alarms.raise_("unreachable", "robot:1")
+    for _ in range(2):
+        desk.alarms.clear("unreachable", "robot:1")
+    assert len(desk.published) == 2
+    assert desk.only().cleared_at is not None
+    desk.clock.advance(300)
+    desk.alarms.raise_("unreachable", "robot:1")
+    assert (desk.only().count, desk.only().last_at, desk.only().cleared_at) == (2, desk.clock.now(), None)
+
+
+def test_an_event_is_counted_each_time_and_stays_open_until_acknowledged(desk):
+    for count in (1, 2):
+        desk.alarms.raise_("app_was_off", "app")
+        assert desk.only().count == count
+    desk.alarms.acknowledge(desk.only().id)
+    assert desk.alarms.open() == []
+    desk.alarms.raise_("app_was_off", "app")
+    assert desk.only().count == 1
+
+
 def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
     desk.alarms.raise_("unreachable", "robot:1", robot="Aino", problem="no answer")
     alarm_id, at = desk.only().id, desk.clock.now()
@@ -138,7 +169,7 @@ def test_a_withdrawn_start_stays_withdrawn(desk):
     assert desk.only().shelved_until is None
 
 
-def test_the_past_is_limited_and_counted(desk):
+def test_the_past_is_limited_and_counted(desk, monkeypatch):
     for number in range(12):
         desk.alarms.raise_("app_was_off", str(number))
         desk.clock.advance(1)
@@ -147,5 +178,8 @@ def test_the_past_is_limited_and_counted(desk):
     newest, total = desk.alarms.past(5)
     assert [alarm.key for alarm in newest] == ["11", "10", "9", "8", "7"]
     assert total == 12
+    desk.alarms.raise_("app_was_off", "open")
+    monkeypatch.setattr(alarms, "KEPT", 5)
     desk.alarms.prune()
-    assert desk.alarms.past(KEPT)[1] == 12
+    assert desk.alarms.past(12) == (newest, 5)
+    assert desk.only().key == "open"

@@ -70,8 +70,8 @@ def test_missions(app, new_lines):
 
 
 def test_idle_rules(app, new_lines):
-    app.catalogue.save_idle_rule(1, 1)
-    app.catalogue.save_idle_rule(1, 1, 25, enabled=False)
+    app.catalogue.change_idle_rule(1, mission_id=1)
+    app.catalogue.change_idle_rule(1, mission_id=1, after_minutes=25, enabled=False)
     app.catalogue.edit(lambda edit: robot_edit.set_idle_rule(edit, 1, None))
     assert new_lines() == [
         "idle automation of robot 'Aino': mission none → 'Deliver', after_minutes none → 10, enabled none → yes",

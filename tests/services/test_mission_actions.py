@@ -19,7 +19,7 @@ def low(site):
     catalogue.change_settings(minimum_battery_percent=20, poll_interval_seconds=30)
     site.machines["R1"].set_battery(12.0)
     mission = catalogue.save_mission(Mission("Return to charger", GUIDS["Return to charger"]))
-    catalogue.save_idle_rule(robot_of(site).id, mission.id, after_minutes=5)
+    catalogue.change_idle_rule(robot_of(site).id, mission_id=mission.id, after_minutes=5)
     site.run(60)
     return site
 
@@ -57,7 +57,7 @@ def test_while_it_is_unknown_that_it_charges_it_waits_for_the_battery(low):
 def test_a_mission_that_delivers_waits_for_the_battery(low):
     catalogue = low.container.catalogue
     mission = named(low, "Deliver")
-    catalogue.save_idle_rule(robot_of(low).id, mission.id, after_minutes=5)
+    catalogue.change_idle_rule(robot_of(low).id, mission_id=mission.id, after_minutes=5)
     learn(low)
     low.run(600)
     assert (named(low, "Deliver").charges, sent_at(low)) == (False, [])
@@ -67,7 +67,9 @@ def test_a_mission_that_delivers_waits_for_the_battery(low):
 
 
 def test_a_schedule_of_it_is_not_held_up_either(learnt, plan):
-    learnt.container.catalogue.save_idle_rule(robot_of(learnt).id, named(learnt).id, after_minutes=5, enabled=False)
+    learnt.container.catalogue.change_idle_rule(
+        robot_of(learnt).id, mission_id=named(learnt).id, after_minutes=5, enabled=False
+    )
     plan("2026-11-23T06:05", mission_id=named(learnt).id)
     learnt.run(400)
     assert len(sent_at(learnt)) == 1
@@ -111,7 +113,7 @@ def test_as_many_robots_as_there_are_take_one_look_at_the_plan(low):
     catalogue, mission = low.container.catalogue, named(low)
     for number in range(50):
         robot = catalogue.save_robot(Robot(f"More {number}", f"10.0.1.{number}", "user"), "secret")
-        catalogue.save_idle_rule(robot.id, mission.id, enabled=number < 20)
+        catalogue.change_idle_rule(robot.id, mission_id=mission.id, enabled=number < 20)
         low.container.snapshots.update(robot.id, connection=Connection.CONNECTED)
     asked: list[str] = []
     low.container.db.read().set_trace_callback(asked.append)

@@ -86,7 +86,7 @@ def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
         take(site, robots=[rule])
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position asks for Position"):
-        site.container.catalogue.save_idle_rule(robot.id, mission.id)
+        site.container.catalogue.change_idle_rule(robot.id, mission_id=mission.id)
 
 
 # ---------------------------------------------------------------------- robots that do not answer

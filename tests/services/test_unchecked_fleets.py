@@ -77,7 +77,7 @@ def test_a_group_chooses_none_of_its_robots(site):
 
 def test_nothing_starts_while_it_is_idle(site):
     site.run(10)
-    site.catalogue.save_idle_rule(site.robot.id, site.mission.id, 5)
+    site.catalogue.change_idle_rule(site.robot.id, mission_id=site.mission.id, after_minutes=5)
     site.run(1200)
     assert site.executions() == []
 

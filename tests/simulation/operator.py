@@ -476,7 +476,10 @@ class Person:
 
         home = next(key for key, guid in self.diary.guids.items() if guid == self.world.idle_guid)
         self._decide(
-            lambda: self._app.catalogue.save_idle_rule(self._id(robot), home, self.rng.choice((5, 8)), is_on), note
+            lambda: self._app.catalogue.change_idle_rule(
+                self._id(robot), mission_id=home, after_minutes=self.rng.choice((5, 8)), enabled=is_on
+            ),
+            note,
         )
 
     def working_days(self) -> None:

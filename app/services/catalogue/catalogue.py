@@ -228,30 +228,22 @@ class Catalogue:
         """With its robots and everything planned on them; ``restore`` puts all that back."""
         return self.edit(lambda edit: fleet_edit.remove(edit, fleet_id))
 
-    def save_idle_rule(self, robot_id: int, mission_id: int, after_minutes: int = 10, enabled: bool = True) -> Robot:
-        """The robot's idle automation: which mission after how many minutes (5–30)."""
-        return self.edit(
-            lambda edit: self._save_idle_rule(edit, robot_id, IdleRule(mission_id, after_minutes, enabled))
-        )
-
     def change_idle_rule(self, robot_id: int, **changes: Any) -> Robot:
-        """Change the stored rule, or add a new one, which needs a mission."""
-        return self.edit(
-            lambda edit: self._save_idle_rule(
-                edit, robot_id, replace(edit.the_robot(robot_id).idle or IdleRule(0), **changes)
-            )
-        )
+        """The robot's idle automation, which mission after how many minutes (5–30): change the stored rule, or add a
+        new one, which needs a mission."""
+
+        def work(edit: Edit) -> Robot:
+            before = edit.the_robot(robot_id).idle
+            saved = robot_edit.set_idle_rule(edit, robot_id, replace(before or IdleRule(0), **changes))
+            if saved.idle is not None and parameter_check.is_mission_new(saved.idle, before):
+                _raise(parameter_check.of_idle_rule(edit, saved, saved.idle, self.known_parameters))
+            return saved
+
+        return self.edit(work)
 
     def idle_rule_back(self, robot_id: int, before: IdleRule | None, changes: Mapping[str, Any]) -> Robot:
         """Undo that these fields of the rule were changed. Raises InvalidInput if one of them was changed again since."""
         return self.edit(lambda edit: undo.idle_rule_back(edit, robot_id, before, changes))
-
-    def _save_idle_rule(self, edit: Edit, robot_id: int, rule: IdleRule) -> Robot:
-        before = edit.the_robot(robot_id).idle
-        saved = robot_edit.set_idle_rule(edit, robot_id, rule)
-        if saved.idle is not None and parameter_check.is_mission_new(saved.idle, before):
-            _raise(parameter_check.of_idle_rule(edit, saved, saved.idle, self.known_parameters))
-        return saved
 
     def known_parameters(self, robot: Robot, guid: str) -> Sequence[MissionParameter] | None:
         """A mission's parameters, as reported by this robot or else another one."""

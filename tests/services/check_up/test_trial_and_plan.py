@@ -159,7 +159,7 @@ def test_the_plan_is_kept_afterwards(site, plan, check_ups, robot):
 @pytest.mark.parametrize("had_its_mission", [True, False])
 def test_a_trial_is_no_use_of_the_robot_by_anybody(site, check_ups, robot, had_its_mission):
     home = site.add_mission("Home")
-    site.container.catalogue.save_idle_rule(robot.id, home.id, after_minutes=10)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=home.id, after_minutes=10)
     if had_its_mission:
         site.run_until(lambda: site.executions(State.COMPLETED), within=3600)
         site.run(60)

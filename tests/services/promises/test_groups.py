@@ -147,7 +147,11 @@ test_assigned = cases_of(
     GroupStory(
         "to a robot that drives to its charger, once it charges",
         [do(lambda s: s.add_mission("Return to charger"))],
-        do(lambda s: [s.container.catalogue.save_idle_rule(number, 2, after_minutes=5) for number in (1, 2, 3)]),
+        do(
+            lambda s: [
+                s.container.catalogue.change_idle_rule(number, mission_id=2, after_minutes=5) for number in (1, 2, 3)
+            ]
+        ),
         [plan(at="06:40"), 2405],
         true(
             lambda s: (

@@ -109,7 +109,11 @@ test_places = cases_of(
 CHARGERS = [
     do(lambda s: s.add_mission("Return to charger")),
     [battery(60, "R1"), battery(90, "R2"), battery(80, "R3")],
-    do(lambda s: [s.container.catalogue.save_idle_rule(number, 2, after_minutes=5) for number in (1, 2, 3)]),
+    do(
+        lambda s: [
+            s.container.catalogue.change_idle_rule(number, mission_id=2, after_minutes=5) for number in (1, 2, 3)
+        ]
+    ),
 ]
 
 

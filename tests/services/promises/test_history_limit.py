@@ -201,7 +201,7 @@ def posts_of(story, limit, forgets):
     with tempfile.TemporaryDirectory() as directory:
         plant = Plant(Path(directory), limit)
         plant.site.network.forgets_descriptions = forgets
-        plant.site.container.catalogue.save_idle_rule(plant.r1.id, plant.home.id, after_minutes=5)
+        plant.site.container.catalogue.change_idle_rule(plant.r1.id, mission_id=plant.home.id, after_minutes=5)
         plant.plan("Once", "06:05")
         plant.plan("Often", "06:08", "FREQ=MINUTELY;INTERVAL=12")
         for minutes, act, number in story:

@@ -152,7 +152,7 @@ def test_idle_automation_of_a_robot(site, app, ui):
 def test_another_idle_mission_can_be_undone(site, app, ui):
     robot, _other = site.add_robots()
     home, deliver = site.add_missions("Home", "Deliver")
-    site.container.catalogue.save_idle_rule(robot.id, home.id, 25)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=home.id, after_minutes=25)
     go(ui, "idle")
     sheet = open_row(ui, "Aino")
     ui.tap(ui.find(PickBox, root=sheet))
@@ -175,7 +175,9 @@ def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
     refused = "Go to position asks for Position, which only a schedule or Run now can give"
     ui.wait(lambda: row_of(ui, "Aino").item.support == refused)
     assert robots(site)[0].idle is None
-    site.container.catalogue.save_idle_rule(aino.id, go_to.id, 10, False)  # as a file may bring it
+    site.container.catalogue.change_idle_rule(
+        aino.id, mission_id=go_to.id, after_minutes=10, enabled=False
+    )  # as a file may bring it
     sheet = open_row(ui, "Aino")
     ui.wait(lambda: sheet.mission == "Go to position")
     ui.tap(ui.find(Toggle, root=row_of(ui, "Aino")))
@@ -190,7 +192,7 @@ def test_a_mission_that_asks_for_something_is_no_idle_mission(site, app, ui):
 def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui):
     robot, _other = site.add_robots()
     home, deliver = site.add_missions("Home", "Deliver")
-    site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=home.id, after_minutes=10)
     go(ui, "idle")
     sheet = open_row(ui, "Aino")
     ui.tap(ui.find(RepeatButton, root=sheet, icon="plus"))
@@ -200,13 +202,13 @@ def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui
     ui.tap(ui.find(OptionRow, title="Deliver"))
     ui.wait(lambda: robots(site)[0].idle.mission_id == deliver.id)
     assert robots(site)[0].idle.after_minutes == 15
-    site.container.catalogue.save_idle_rule(robot.id, deliver.id, 30)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=deliver.id, after_minutes=30)
     ui.wait(lambda: sheet.minutes == 30)
 
 
 def test_switching_the_rule_off_keeps_minutes_saved_but_not_yet_read(site, app, ui):
     robot, _other = site.add_robots()
-    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=site.add_missions("Home")[0].id, after_minutes=10)
     go(ui, "idle")
     ui.wait(lambda: row_of(ui, "Aino"))
     page(app).act(robot.id, "minutes", 15)
@@ -244,7 +246,7 @@ def stepped(app, ui, field: Field, icon: str, times: int) -> None:
 def test_intermediate_steps_of_an_idle_rule_are_not_saved(site, app, ui):
     """A robot that has been idle for as long as a value on the way would start at once."""
     robot, _other = site.add_robots()
-    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=site.add_missions("Home")[0].id, after_minutes=30)
     go(ui, "idle")
     field = ui.find(Field, root=open_row(ui, "Aino"), kind="step")
     stepped(app, ui, field, "minus", 5)
@@ -265,7 +267,7 @@ def test_intermediate_steps_of_an_idle_rule_are_not_saved(site, app, ui):
 )
 def test_a_number_that_was_stepped_is_saved_when_the_page_is_left(site, app, ui, leave):
     robot, _other = site.add_robots()
-    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 30)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=site.add_missions("Home")[0].id, after_minutes=30)
     go(ui, "idle")
     stepped(app, ui, ui.find(Field, root=open_row(ui, "Aino"), kind="step"), "minus", 2)
     leave(app, ui)
@@ -518,7 +520,7 @@ def test_unsaved_minutes_are_not_shown_as_saved_after_leaving_settings(site, app
         raise DatabaseUnavailable("The disk is full")
 
     robot, _other = site.add_robots()
-    site.container.catalogue.save_idle_rule(robot.id, site.add_missions("Home")[0].id, 10)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=site.add_missions("Home")[0].id, after_minutes=10)
     go(ui, "idle")
     ui.wait(lambda: row_of(ui, "Aino"))
     monkeypatch.setattr(site.container.catalogue, "edit", refuse)

@@ -304,7 +304,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     deliver, _home = site.add_missions("Deliver", "Home")
     catalogue = site.container.catalogue
     catalogue.save_schedule(Schedule("Morning", aino.id, deliver.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY"))
-    catalogue.save_idle_rule(aino.id, deliver.id)
+    catalogue.change_idle_rule(aino.id, mission_id=deliver.id)
     go(ui, "missions")
     ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Deliver", "Home"])
     dots(ui, "Deliver")

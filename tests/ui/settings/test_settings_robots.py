@@ -334,7 +334,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     )
     go(ui, "robots")
     ui.wait(lambda: item_of(ui, "Aino"))
-    site.container.catalogue.save_idle_rule(aino.id, mission.id)
+    site.container.catalogue.change_idle_rule(aino.id, mission_id=mission.id)
     ui.wait(lambda: page(app).context.facts.robot(aino.id).idle is not None)
     sheet = open_row(ui, "Aino")
     enter(ui, sheet.ids.password_field, "typed")

@@ -52,7 +52,7 @@ def test_a_second_day_takes_the_first_one_not_back(site, app, ui, hold_readings)
 def test_switching_the_rule_off_keeps_a_mission_saved_but_not_yet_read(site, app, ui, hold_readings):
     robot, _other = site.add_robots()
     home, deliver = site.add_missions("Home", "Deliver")
-    site.container.catalogue.save_idle_rule(robot.id, home.id, 10)
+    site.container.catalogue.change_idle_rule(robot.id, mission_id=home.id, after_minutes=10)
     go(ui, "idle")
     ui.wait(lambda: row_of(ui, "Aino"))
     hold_readings()

@@ -52,7 +52,7 @@ def test_a_usual_duration_is_kept_or_removed(world, minutes):
 def test_a_robots_own_mission_takes_over_what_is_planned_there(world):
     other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"), password="x")
     here, there = world.schedule(), world.schedule(name="There", robot_id=other.id)
-    world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
+    world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id)
     own = world.catalogue.save_mission(Mission("Deliver", "guid-2", robot_id=world.robot.id))
     assert (world.stored(here).mission_id, world.stored(there).mission_id) == (own.id, world.mission.id)
     assert ROBOTS.get(world.db.read(), world.robot.id).idle.mission_id == own.id
@@ -67,14 +67,14 @@ def test_a_mission_of_another_robot_cannot_be_planned(world):
     with refuses("mission", "another robot only"):
         world.schedule(mission_id=own.id)
     with refuses("mission", "another robot only"):
-        world.catalogue.save_idle_rule(world.robot.id, own.id)
+        world.catalogue.change_idle_rule(world.robot.id, mission_id=own.id)
 
 
 @pytest.mark.parametrize("general_first", [True, False])
 def test_a_robots_own_mission_is_used_again_in_any_order_of_restoring(world, general_first):
     own = world.catalogue.save_mission(Mission("Deliver", "guid-2", robot_id=world.robot.id))
     schedule = world.schedule()
-    world.catalogue.save_idle_rule(world.robot.id, own.id)
+    world.catalogue.change_idle_rule(world.robot.id, mission_id=own.id)
     removed = [world.catalogue.remove_mission(id_) for id_ in (own.id, world.mission.id)]
     for each in reversed(removed) if general_first else removed:
         world.catalogue.restore(each)
@@ -102,7 +102,7 @@ def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(worl
     if what == "schedule":
         removed = catalogue.remove_schedule(world.schedule().id)
     elif what == "robot":
-        catalogue.save_idle_rule(robot_id, world.mission.id)
+        catalogue.change_idle_rule(robot_id, mission_id=world.mission.id)
         removed = catalogue.remove_robot(robot_id)
     else:
         group = catalogue.save_group(Group("Carts", (robot_id, other.id)))
@@ -122,7 +122,7 @@ def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(worl
 
 def test_undo_refuses_a_mission_that_a_restored_robot_would_have_to_use(world):
     other = world.catalogue.save_robot(Robot("Alma", "10.0.0.2", "user"), password="secret")
-    world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
+    world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id)
     robot = world.catalogue.remove_robot(world.robot.id)
     world.catalogue.save_mission(replace(world.mission, robot_id=other.id))
     mission = world.catalogue.remove_mission(world.mission.id)
@@ -134,7 +134,7 @@ def test_undo_refuses_a_mission_that_a_restored_robot_would_have_to_use(world):
 def test_a_mission_is_deleted_and_restored_with_schedules_and_idle_rules(world):
     schedule = world.schedule()
     waiting = world.row(schedule)
-    with_rule = world.catalogue.save_idle_rule(world.robot.id, world.mission.id)
+    with_rule = world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id)
     removed = world.catalogue.remove_mission(world.mission.id)
     assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read())) == ([], [])
     assert world.outcome(waiting) == (State.CANCELLED, ReasonCode.SCHEDULE_CHANGED)
@@ -146,13 +146,13 @@ def test_a_mission_is_deleted_and_restored_with_schedules_and_idle_rules(world):
 @pytest.mark.parametrize("minutes", [4, 31, 7.5, True])
 def test_idle_time_is_5_to_30_minutes(world, minutes):
     with refuses("after_minutes", "5 to 30"):
-        world.catalogue.save_idle_rule(world.robot.id, world.mission.id, after_minutes=minutes)
+        world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id, after_minutes=minutes)
 
 
 def test_an_idle_rule_can_be_removed(world):
-    assert world.catalogue.save_idle_rule(world.robot.id, world.mission.id, 30, enabled=False).idle == IdleRule(
-        world.mission.id, 30, False
-    )
+    assert world.catalogue.change_idle_rule(
+        world.robot.id, mission_id=world.mission.id, after_minutes=30, enabled=False
+    ).idle == IdleRule(world.mission.id, 30, False)
     world.catalogue.edit(lambda edit: robot_edit.set_idle_rule(edit, world.robot.id, None))
     assert ROBOTS.get(world.db.read(), world.robot.id) == world.robot
 
@@ -363,7 +363,7 @@ def test_a_changed_schedule_gets_no_parameters_that_its_robot_refuses(world):
 
 def test_a_change_of_an_idle_rule_is_undone_alone_and_only_as_long_as_it_is_so(world):
     catalogue, home = world.catalogue, world.catalogue.save_mission(Mission("Home", "guid-2"))
-    before = catalogue.save_idle_rule(world.robot.id, world.mission.id, 10).idle
+    before = catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id, after_minutes=10).idle
     catalogue.change_idle_rule(world.robot.id, mission_id=home.id)
     catalogue.change_idle_rule(world.robot.id, after_minutes=20)
     undone = catalogue.idle_rule_back(world.robot.id, before, {"mission_id": home.id}).idle

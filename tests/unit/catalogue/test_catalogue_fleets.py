@@ -172,4 +172,4 @@ def test_changes_of_a_fleet_are_in_the_log(world, fleet, caplog):
 def test_any_robot_of_a_fleet_has_no_idle_mission(world, fleet):
     any_robot = world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
     with refuses("idle", "never idle"):
-        world.catalogue.save_idle_rule(any_robot.id, world.mission.id)
+        world.catalogue.change_idle_rule(any_robot.id, mission_id=world.mission.id)

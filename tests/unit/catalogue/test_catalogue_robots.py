@@ -128,7 +128,7 @@ def test_the_same_serial_number_is_refused_and_named(world):
 
 def test_a_removed_robot_comes_back_with_everything_under_its_old_ids(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
-    world.catalogue.save_idle_rule(world.robot.id, own.id, after_minutes=7)
+    world.catalogue.change_idle_rule(world.robot.id, mission_id=own.id, after_minutes=7)
     schedule = world.schedule()
     world.db.write(lambda c: HoldRepository().add(c, Hold(since=world.clock.now(), robot_id=world.robot.id)))
     before = ROBOTS.all(world.db.read()), MISSIONS.all(world.db.read())
@@ -165,7 +165,7 @@ def test_an_edit_of_what_is_left_takes_nothing_from_what_comes_back(world):
     others = [
         world.catalogue.save_robot(Robot(name, f"10.0.1.{n}", "user"), password="x") for n, name in enumerate("BCD")
     ]
-    world.catalogue.save_idle_rule(world.robot.id, world.mission.id, after_minutes=7)
+    world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id, after_minutes=7)
     group = world.catalogue.save_group(Group("Hall", (world.robot.id, *(robot.id for robot in others)), keep_free=1))
     place = world.catalogue.save_place(Place("Dock", 1, (world.mission.id,)))
     mission = world.catalogue.remove_mission(world.mission.id)

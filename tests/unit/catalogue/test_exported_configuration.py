@@ -108,7 +108,9 @@ def catalogues(draw: st.DrawFn, tablet: World) -> None:
         available = catalogue.missions_of(robot.id)
         if available and draw(st.booleans()):
             rule = IdleRule(draw(st.sampled_from(available)).id, draw(st.integers(5, 30)), draw(st.booleans()))
-            catalogue.save_idle_rule(robot.id, rule.mission_id, rule.after_minutes, rule.enabled)
+            catalogue.change_idle_rule(
+                robot.id, mission_id=rule.mission_id, after_minutes=rule.after_minutes, enabled=rule.enabled
+            )
         for mission in available:
             _draw_schedule(draw, tablet, robot, mission)
     _draw_days(draw, tablet)

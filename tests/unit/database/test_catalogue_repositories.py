@@ -1,4 +1,4 @@
-"""Robots, missions, schedules, settings, alarms and holds: what is put in comes out."""
+"""Robots, missions, schedules, settings and holds: what is put in comes out."""
 
 from __future__ import annotations
 
@@ -8,13 +8,12 @@ from datetime import UTC, datetime, time, timedelta
 
 import pytest
 
-from app.database.alarms import AlarmRepository
 from app.database.missions import MissionRepository
 from app.database.robots import Accepted, Hold, HoldRepository, RobotRepository
 from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.database.values import to_text
-from app.domain.models import Alarm, Between, Mission, Overlap, Priority, Robot, Schedule, Settings
+from app.domain.models import Between, Mission, Overlap, Robot, Schedule, Settings
 from app.domain.robot import IdentifiedBy
 from tests.unit.database.conftest import NOON
 
@@ -24,7 +23,7 @@ ROBOTS, MISSIONS, SCHEDULES, SETTINGS = (
     ScheduleRepository(),
     SettingsRepository(),
 )
-ALARMS, HOLDS = AlarmRepository(), HoldRepository()
+HOLDS = HoldRepository()
 FULL = Robot(
     "Äiti",
     "https://10.0.0.1",
@@ -299,61 +298,7 @@ def test_a_setting_that_does_not_exist_is_a_mistake_in_the_program(db):
         db.write(lambda c: SETTINGS.save(c, install_id="x"))
 
 
-# ---------------------------------------------------------------------- alarms
-def alarm(code="unreachable", key="robot:1", event=False, **details) -> Alarm:
-    return Alarm(code, key, Priority.MEDIUM, NOON, details, last_at=NOON, cleared_at=NOON if event else None)
-
-
-def raise_(db, raised: Alarm, minutes: int = 0) -> bool:
-    at = raised.raised_at + timedelta(minutes=minutes)
-    return db.write(
-        lambda c: ALARMS.raise_once(c, replace(raised, raised_at=at, last_at=at, cleared_at=raised.cleared_at and at))
-    )
-
-
-def test_a_condition_that_lasts_is_one_line_with_its_newest_details(db):
-    assert raise_(db, alarm(problem="a")) is True
-    assert raise_(db, alarm(problem="b"), minutes=5) is False
-    [found] = ALARMS.open(db.read())
-    assert (found.count, found.raised_at, found.last_at, found.details) == (1, NOON, NOON, {"problem": "b"})
-
-
-def test_a_condition_that_went_and_came_again_is_counted(db):
-    raise_(db, alarm())
-    assert db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON)) is True
-    assert db.write(lambda c: ALARMS.clear(c, "unreachable", "robot:1", NOON)) is False
-    assert ALARMS.active(db.read(), "unreachable", "robot:1") is None
-    assert raise_(db, alarm(), minutes=5) is False
-    [found] = ALARMS.open(db.read())
-    assert (found.count, found.last_at, found.cleared_at) == (2, NOON + timedelta(minutes=5), None)
-    assert ALARMS.active(db.read(), "unreachable", "robot:1") == found
-
-
-def test_an_event_is_counted_each_time_and_stays_open_until_acknowledged(db):
-    assert raise_(db, alarm("app_was_off", event=True)) is True
-    assert raise_(db, alarm("app_was_off", event=True), minutes=1) is False
-    [found] = ALARMS.open(db.read())
-    assert found.count == 2
-    db.write(lambda c: ALARMS.acknowledge(c, found.id, NOON, "seen"))
-    assert ALARMS.open(db.read()) == []
-    assert [(past.note, past.acknowledged_at) for past in ALARMS.past(db.read(), 5)] == [("seen", NOON)]
-    assert raise_(db, alarm("app_was_off", event=True), minutes=2) is True
-
-
-def test_shelving_and_dropping_old_ones(db):
-    for number in range(5):
-        raise_(db, alarm("app_was_off", str(number), event=True), minutes=number)
-    ids = [found.id for found in ALARMS.open(db.read())]
-    db.write(lambda c: ALARMS.shelve(c, ids[0], NOON))
-    assert ALARMS.open(db.read())[0].shelved_until == NOON
-    for alarm_id in ids[1:]:
-        db.write(lambda c, alarm_id=alarm_id: ALARMS.acknowledge(c, alarm_id, NOON))
-    assert db.write(lambda c: ALARMS.prune(c, 1)) == 3
-    assert [found.id for found in ALARMS.past(db.read(), 9)] == [ids[1]]
-    assert [found.id for found in ALARMS.open(db.read())] == [ids[0]]
-
-
-# ---------------------------------------------------------------------- holds
+# ---------------------------------------------------------------------- values
 def test_instants_sort_as_text_whatever_their_zone_and_fraction(db, schedule):
     instants = [
         datetime(2026, 1, 1, tzinfo=UTC),
