@@ -50,7 +50,7 @@ def checklist(studio: Any) -> Any:
 def question(studio: Any) -> Any:
     return over_settings(studio).sheets.ask(
         _("Clear queue"),
-        _("Missions of others go too. A running one is aborted."),
+        _("Missions of others go too. A running one is cancelled."),
         _("Clear queue"),
         print,
         _("Keep"),

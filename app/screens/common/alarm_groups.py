@@ -153,7 +153,7 @@ def _advice(group: Together) -> str:
     return {
         "network": _("All at the same minute. Is the access point on?"),
         "refused": _("Are they starting? Are their ports right?"),
-        "names": _("Enter the robots' IP addresses instead."),
+        "names": _("Enter the robots' addresses in numbers instead."),
     }.get(silence(group[0])) or advice_of(group[0])
 
 

@@ -44,7 +44,7 @@ _KNOWN: tuple[tuple[str, Words], ...] = (
     (r"scanner", lambda: (_("A laser scanner sees nothing"), _("Clean the scanners. Then reset."))),
     (r"camera", lambda: (_("A camera sees nothing"), _("Clean the cameras. Then reset."))),
     (r"protective|safety", lambda: (_("Its safety system has stopped it"), _("Clear the way. Then reset."))),
-    (r"brake", lambda: (_("Its brake is released"), _("Turn the brake switch back."))),
+    (r"brake", lambda: (_("Its brake is off"), _("Turn the brake switch back."))),
     (r"motor|wheel|drive", lambda: (_("Its drive has failed"), _("Switch it off and on."))),
     (r"charg", lambda: (_("Can't charge"), _("Look at the charger. Then reset."))),
     (r"batter", lambda: (_("Its battery has a problem"), _("Take it to its charger."))),

@@ -149,7 +149,7 @@ class HomeCommands(HomeState):
         title = ngettext(
             "Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count
         )
-        text = _("Missions of others go too. A running one is aborted.")
+        text = _("Missions of others go too. A running one is cancelled.")
         if self.card.old:
             text += " " + _("{robot} doesn't answer now, so perhaps nothing is removed.").format(robot=robot.name)
         asked = title.format(n=count, robot=robot.name)

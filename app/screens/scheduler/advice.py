@@ -52,7 +52,7 @@ def _suggestion(one: Suggestion, facts: SchedulerFacts) -> Item:
         late,
         icon="lightbulb-on-outline",
         tone="attention",
-        aside=f"{view.short_rule(one.schedule)}, {one.whose}",
+        aside=f"{_rule(one.schedule, facts)}, {one.whose}",
         note=words.because(one, _),
         actions=(*actions, Action("menu", icon="dots-vertical")),
         below=True,
@@ -67,12 +67,16 @@ def _result(result: Result, facts: SchedulerFacts) -> Item:
     return Item(
         ("taken", result.schedule.id),
         _title(result.schedule, facts),
-        view.short_rule(result.schedule),
+        _rule(result.schedule, facts),
         counts,
         icon="check",
         tone="done",
         opens=False,
     )
+
+
+def _rule(schedule: Schedule, facts: SchedulerFacts) -> str:
+    return view.zoned(view.short_rule(schedule), schedule.timezone, facts)
 
 
 def _title(schedule: Schedule, facts: SchedulerFacts) -> str:

@@ -7,8 +7,9 @@ from kivy.core.window import Window
 
 from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.buttons import CommandButton, Segment
+from app.widgets.choices import ChoiceSheet
 from app.widgets.dock import dock
-from app.widgets.fields import Field, FieldInput
+from app.widgets.fields import Field, FieldInput, SearchField
 from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard, lacks_keyboard
 from app.window import application
 from tests.ui import checks
@@ -63,6 +64,17 @@ def test_number_fields_get_a_number_pad_and_commit_when_done(site, app, ui):
     tap_keys(ui, "done")
     ui.wait(lambda: settings(site).retry_limit == 7)
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
+
+
+def test_enter_ends_the_typing_in_a_search(app, ui):
+    go(ui, "scheduler")
+    ui.tap(ui.find(Field, label="Time zone").ids.line)
+    ui.advance(1)
+    search = ui.find(SearchField, ui.find(ChoiceSheet))
+    ui.tap(ui.find(FieldInput, search))
+    tap_keys(ui, *"hels", "done")
+    ui.wait(lambda: not ui.find_all(DockedKeyboard), seconds=5)
+    assert (search.text, search.focus) == ("hels", False)
 
 
 def test_a_held_backspace_repeats(app, ui):

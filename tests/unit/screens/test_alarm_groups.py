@@ -192,7 +192,7 @@ def test_a_shelved_group_comes_back_by_its_button():
     [
         ("timed_out", "All at the same minute. Is the access point on?"),
         ("refused", "Are they starting? Are their ports right?"),
-        ("unknown_name", "Enter the robots' IP addresses instead."),
+        ("unknown_name", "Enter the robots' addresses in numbers instead."),
         ("busy", "Is it switched on?"),
     ],
 )
