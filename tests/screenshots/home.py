@@ -18,9 +18,10 @@ from app.domain.message import message, render
 from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSnapshot, Settings, State, Wait
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common.alarms_view import bell, doubts_clock, is_shelved, is_unseen
 from app.screens.common.mission_names import SharedMissionNames
+from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame.facts import OpenIssues
@@ -283,6 +284,13 @@ def loading(studio: Any) -> None:
 @picture("home-parameters", sizes=(*BOTH, SHARP, LARGE_TEXT))
 def parameters(studio: Any) -> None:
     sent(studio, sample.FACTS, PARAMETERS)
+
+
+@picture("home-pin", sizes=EVERY_SIZE)
+def pin(studio: Any) -> None:
+    """It is asked for on the way to Settings."""
+    problem = ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", 4).format(n=4)
+    home(studio, sample.FACTS).vm.sheets.over(PinSheet(title=_("Enter the PIN"), pin="471", problem=problem))
 
 
 @picture("home-position", sizes=EVERY_SIZE)

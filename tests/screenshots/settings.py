@@ -13,9 +13,8 @@ from app.database.missions import StopRepository
 from app.domain.message import message
 from app.domain.models import Connection, Group, HandOver, Mission, Place, Robot, Schedule
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState, RobotStatus, Stop
-from app.i18n import _, ngettext
+from app.i18n import _
 from app.mir.errors import AnotherRobot, Unauthorized
-from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
 from app.screens.settings.data import ImportSheet
@@ -321,12 +320,6 @@ def import_changes(context: PageContext):
         message("mission {name} added", name="Deliver kits"),
     ]
     return ImportSheet(title=changes_phrase(lines), items=import_items(lines, DeletesRuns(1000, 240)))
-
-
-@dialog("pin-dialog")
-def pin_dialog(context: PageContext):
-    problem = ngettext("Wrong PIN, {n} try left", "Wrong PIN, {n} tries left", 4).format(n=4)
-    return PinSheet(title=_("Enter the PIN"), pin="471", problem=problem)
 
 
 @dialog("robot-sheet-new")
