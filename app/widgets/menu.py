@@ -1,6 +1,5 @@
 """Menus and cards on KivyMD's dialog: Esc and Android's back button close the topmost one."""
 
-from kivy.animation import Animation
 from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
@@ -16,33 +15,15 @@ from app.widgets.surfaces import TonedTap
 ESCAPE = 27  # also Android's back button
 
 
-class Fade(MotionDialogBehavior):
-    """In place of KivyMD's motion, that draws the window 24 times, with stretched letters. A duration of 0 s opens and closes at once."""
-
-    show_duration = NumericProperty(0.1)  # s
-    hide_duration = NumericProperty(0.1)
+class Still(MotionDialogBehavior):
+    """In place of KivyMD's motion, that draws the window 24 times, with stretched letters."""
 
     def on_open(self, *_):
-        self._fade(1, self.show_duration)
+        self.opacity = 1
 
     def on_dismiss(self, *_):
-        self._fade(0, self.hide_duration)
-
-    def _fade(self, opacity, duration):
-        for widget in (self, self._scrim):
-            Animation.stop_all(widget, "opacity")
-            if duration:
-                fade = Animation(opacity=opacity, d=duration)
-                fade.bind(on_complete=self._faded)
-                fade.start(widget)
-            else:
-                widget.opacity = opacity
-                self._faded(None, widget)
-
-    @staticmethod
-    def _faded(_animation, widget):
-        if not widget.opacity:
-            Window.remove_widget(widget)
+        Window.remove_widget(self._scrim)
+        Window.remove_widget(self)
 
 
 class MenuRow(Row, TonedTap):
@@ -55,7 +36,7 @@ class MenuRow(Row, TonedTap):
         self.act("choose")
 
 
-class Menu(MDDialog, Fade):
+class Menu(MDDialog, Still):
     """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge
     on: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``,
     and ``text`` under it, it is a card about the ``anchor``; of several ``cards`` (with ``title``, ``text``, ``items``)
@@ -101,11 +82,6 @@ class Menu(MDDialog, Fade):
             if _open_menus() == open_before[1:]:  # what is behind it can be reached now
                 rest.after_closing()
 
-    @property
-    def is_open(self) -> bool:
-        """Not while it fades away."""
-        return self._is_open
-
     def on_choose(self, key):
         """A command was tapped; the menu is closing."""
 
@@ -143,7 +119,7 @@ class Menu(MDDialog, Fade):
 
     def on_touch_down(self, touch):
         """No touch gets through, and none presses KivyMD's dialog card."""
-        if self._is_open and self.collide_point(*touch.pos):
+        if self.collide_point(*touch.pos):
             Widget.on_touch_down(self, touch)
         else:
             self.dismiss()
@@ -160,4 +136,4 @@ class Menu(MDDialog, Fade):
 
 def _open_menus() -> list[Menu]:
     """The topmost first."""
-    return [top for top in Window.children if isinstance(top, Menu) and top.is_open]
+    return [top for top in Window.children if isinstance(top, Menu)]

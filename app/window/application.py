@@ -63,7 +63,6 @@ class SchedulerApp(MDApp):
         self,
         container: Container | None,
         damage: Damage | NotStarted | None = None,
-        animate: bool = True,
         restore: Callable[[Path], tuple[Container, Failure | None]] | None = None,
         first: str | None = None,
         loudspeaker: Loudspeaker | None = None,
@@ -72,13 +71,7 @@ class SchedulerApp(MDApp):
         super().__init__()
         self.container: Container | None = None
         self.shell: Shell | None = None
-        self._given, self._damage, self._animate, self._restorer, self._first = (
-            container,
-            damage,
-            animate,
-            restore,
-            first,
-        )
+        self._given, self._damage, self._restorer, self._first = container, damage, restore, first
         self._loudspeaker = loudspeaker
         self.models: dict[str, ViewModel] = {}  # by the name of their screens
         self._frame: FrameController | None = None
@@ -124,7 +117,7 @@ class SchedulerApp(MDApp):
         sheets = Sheets(frame.ids.sheets.__self__, snackbars, navigator)
         self.shell = Shell(
             navigator,
-            Dialogs(self._animate, sheets),
+            Dialogs(sheets),
             snackbars,
             self._bus,
             background,

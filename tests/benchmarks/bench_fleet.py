@@ -82,7 +82,7 @@ def main() -> None:
             ]
         )
         robots = list(container.catalogue.robots())
-        app = SchedulerApp(container, animate=False)
+        app = SchedulerApp(container)
         app._run_prepare()
         frames = Frames()
         frames.run(2)

@@ -163,7 +163,7 @@ def main() -> None:
             selected_robot_id=r.robots.all(container.db.read())[-1].id,
         )
         container.runner.start()
-        app = SchedulerApp(container, animate=False)
+        app = SchedulerApp(container)
         app._run_prepare()
         frames = Frames()
 

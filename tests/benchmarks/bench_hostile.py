@@ -115,7 +115,7 @@ def main() -> None:
             container.catalogue.change_settings(poll_interval_seconds=2, selected_robot_id=robots[0].id)
             container.alarms.raise_("executions_missed", "evidence", count=1)
             container.runner.start()
-            app = SchedulerApp(container, animate=False)
+            app = SchedulerApp(container)
             app._run_prepare()
             frames = Frames()
 

@@ -51,7 +51,7 @@ def main() -> None:
             point_at(container, robot, served.url)
         container.catalogue.change_settings(timezone="UTC")  # else it is asked for, over Home
         container.runner.start()
-        app = SchedulerApp(container, animate=False)
+        app = SchedulerApp(container)
         app._run_prepare()
 
         def until(is_seen: Callable[[], bool], since: float) -> float:

@@ -39,7 +39,7 @@ def first_frame() -> dict[str, float]:
         filled = time.process_time()
         container = month.plant(Path(directory))
         filled = time.process_time() - filled
-        app = SchedulerApp(container, animate=False)
+        app = SchedulerApp(container)
         app._run_prepare()
         EventLoop.idle()
         spent = time.process_time() - filled

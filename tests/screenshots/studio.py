@@ -69,7 +69,7 @@ class Studio:
         self.app = type("Studio", (MDApp,), {})()
         self.app._run_prepare()
         self.driver = Driver(self.app)
-        self.dialogs = Dialogs(animate=False)
+        self.dialogs = Dialogs()
         self.shown: Any = None
         self._after = ExitStack()
 

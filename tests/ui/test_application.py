@@ -226,7 +226,7 @@ def test_a_damaged_database_is_a_screen_with_a_restore_button(tmp_path, ui, by):
         opened.append(Container.open(tmp_path, with_window=True))
         return opened[0]
 
-    app = SchedulerApp(None, damage=Damage(damage, restore), animate=False)
+    app = SchedulerApp(None, damage=Damage(damage, restore))
     app._run_prepare()
     try:
         ui.advance(0.2)
@@ -274,7 +274,7 @@ def test_without_a_good_backup_another_is_chosen_and_a_failed_restore_says_why(t
         asked.append(backup)
         raise BadInput("the disk is full")
 
-    app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn"), fails), animate=False)
+    app = SchedulerApp(None, damage=Damage(DatabaseDamaged(tmp_path / "a.db", "torn"), fails))
     ui.show(app.build())
     assert "No good backup on this tablet" in ui.texts()
     ui.tap(ui.find(CommandButton, text="Choose a backup"))
@@ -306,7 +306,7 @@ def test_what_keeps_the_app_from_starting_is_said_until_it_starts(tmp_path, ui):
                 raise problems.pop()
             return site.container
 
-        app = SchedulerApp(None, damage=NotStarted(problems.pop(0), start), animate=False)
+        app = SchedulerApp(None, damage=NotStarted(problems.pop(0), start))
         app._run_prepare()
         try:
             ui.advance(0.2)
@@ -359,7 +359,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
     if not is_good:
         backup = tmp_path / "backups" / "daily-bad.db"
         backup.write_bytes(b"no database")
-    app = SchedulerApp(opened[0], animate=False, restore=restore)
+    app = SchedulerApp(opened[0], restore=restore)
     app._run_prepare()
     try:
         ui.advance(0.2)
@@ -386,7 +386,7 @@ def test_the_running_app_goes_back_to_a_backup_and_on_with_it(tmp_path, ui, is_g
 def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_path, ui):
     opened, backup, restore, may = going_back(tmp_path)
     may.set()
-    app = SchedulerApp(opened[0], animate=False, restore=restore)
+    app = SchedulerApp(opened[0], restore=restore)
     app._run_prepare()
     try:
         ui.advance(0.2)
@@ -407,7 +407,7 @@ def test_damage_that_is_found_while_it_runs_can_be_repaired_by_keys_alone(tmp_pa
 @pytest.mark.long
 def test_a_finger_may_be_on_the_timeline_while_the_app_goes_back(tmp_path, ui):
     opened, backup, restore, may = going_back(tmp_path)
-    app = SchedulerApp(opened[0], animate=False, restore=restore)
+    app = SchedulerApp(opened[0], restore=restore)
     app._run_prepare()
     try:
         app.shell.go("scheduler")

@@ -56,7 +56,7 @@ class Presses:
 
 
 def menus() -> list[Menu]:
-    return [top for top in Window.children if isinstance(top, Menu) and top.is_open]
+    return [top for top in Window.children if isinstance(top, Menu)]
 
 
 def lay_beneath(top: Menu) -> None:

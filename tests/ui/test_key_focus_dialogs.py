@@ -169,7 +169,7 @@ def opening(*words: str) -> tuple[ScrollPage, list[ChoiceSheet]]:
 
 def close(ui) -> None:
     """A field is left by the first Escape."""
-    while dock.field is not None or dock.question or any(getattr(top, "is_open", False) for top in Window.children):
+    while dock.field is not None or dock.question or any(isinstance(top, Menu) for top in Window.children):
         ui.key(ESCAPE)
     ui.advance(0.5)
 

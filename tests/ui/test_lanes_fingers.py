@@ -73,7 +73,7 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_timeline(ui, hou
     fires, y = [fired(chart, name) for name in ("on_bar", "on_moved", "on_free")], chart.y + 30
     touch = put_down(chart.left_of(hour), y)
     ui.advance(LONG + 0.1 if hour == 10.5 else 0.2)
-    menu = Dialogs(animate=False).menu(chart, "Late starts", [], print)
+    menu = Dialogs().menu(chart, "Late starts", [], print)
     if hour == 10.5:
         touch.touch_move(chart.left_of(hour + 3), y)
     ui.advance(LONG + 0.1)

@@ -183,7 +183,7 @@ def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, fac
 @pytest.mark.parametrize(("size", "scale"), [((600, 480), 1.3), ((800, 480), 1.0), ((800, 480), 1.3)])
 def test_with_gloves_an_hour_brings_the_minutes_in_sight(ui, size, scale):
     with window(ui, size, scale, gloves=True):
-        dialogs = Dialogs(animate=False)
+        dialogs = Dialogs()
         dialog = dialogs.pick_time("Starts at", time(6, 30), lambda _time: None)
         ui.advance(0.3)
         assert "\n".join(checks.problems(dialog)) == ""
@@ -195,7 +195,7 @@ def test_with_gloves_an_hour_brings_the_minutes_in_sight(ui, size, scale):
 
 def test_with_gloves_the_chosen_day_is_seen_at_once(ui):
     with window(ui, (1280, 800), gloves=True):
-        dialogs, day = Dialogs(animate=False), date(2026, 11, 30)  # in the last row
+        dialogs, day = Dialogs(), date(2026, 11, 30)  # in the last row
         dialogs.pick_date("First day", day, lambda _day: None, today=day)
         ui.advance(0.3)
         assert checks.is_seen(ui.find(MonthDay, day=day))

@@ -66,7 +66,7 @@ class World:
     def __init__(self, ui) -> None:
         self.row: Execution | None = None
         self.bus, self.ui = UiBus(), ui
-        self.shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), self.bus, AtOnce())
+        self.shell = Shell(Navigator(None, {}), Dialogs(), Snackbars(), self.bus, AtOnce())
         self.reports = StartReports(
             self.shell, lambda key: self.row if self.row is not None and self.row.id == key else None
         )

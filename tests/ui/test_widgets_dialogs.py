@@ -24,7 +24,7 @@ ESCAPE, BACKSPACE, ENTER = 27, 8, 13
 
 @pytest.fixture
 def dialogs(ui) -> Dialogs:
-    return Dialogs(animate=False)
+    return Dialogs()
 
 
 def press(ui, word: str) -> None:

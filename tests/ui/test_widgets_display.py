@@ -84,7 +84,7 @@ def test_an_empty_state_leads_on(ui):
 
 
 def test_the_way_out_of_an_empty_state_is_not_filled_beside_a_sheet(ui):
-    state, dialogs = ui.show(EmptyState(title="No missions yet", action="Fetch from robot")), Dialogs(animate=False)
+    state, dialogs = ui.show(EmptyState(title="No missions yet", action="Fetch from robot")), Dialogs()
     assert looks.filled(state) == ["Fetch from robot"]
     dialogs.choose_many("Missions of Aino", [Option(1, "Dock")], "Add chosen", print, can_all=True)
     ui.advance(0.1)

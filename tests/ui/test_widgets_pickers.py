@@ -17,7 +17,7 @@ from tests.ui.test_widgets_dialogs import BACKSPACE, ENTER, ESCAPE, press
 
 @pytest.fixture
 def dialogs(ui) -> Dialogs:
-    return Dialogs(animate=False)
+    return Dialogs()
 
 
 # ---------------------------------------------------------------------- time

@@ -132,7 +132,7 @@ def test_a_dialog_that_opens_by_itself_takes_the_finger_off_the_map(ui, fields):
     chart = open_map(ui)
     finger = UnitTestTouch(*point(chart, 0.2, 0.5))
     finger.touch_down()
-    menu = Dialogs(animate=False).menu(chart, "Late starts", [], print)
+    menu = Dialogs().menu(chart, "Late starts", [], print)
     finger.touch_move(*point(chart, 0.7, 0.5))
     finger.touch_up()
     assert chart.chosen == "g-1"

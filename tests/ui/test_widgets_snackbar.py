@@ -33,7 +33,7 @@ def test_a_message_comes_and_goes(ui, bars):
 
 def test_a_message_stays_in_sight_when_a_dialog_opens_over_it(ui, bars):
     bars.show("Saved")
-    menu = Dialogs(animate=False).menu(Widget(), "Sure?", [], print)
+    menu = Dialogs().menu(Widget(), "Sure?", [], print)
     ui.advance(0.3)
     assert Window.children[0] is bars.stack
     menu.dismiss()

@@ -153,7 +153,7 @@ def shown(
 ) -> Iterator[SchedulerApp]:
     """The app on these services, in the window of ``ui``, opened on that screen (None: as the product is). Silent, unless
     it is given a loudspeaker."""
-    app = SchedulerApp(container, animate=False, first=screen, loudspeaker=loudspeaker)
+    app = SchedulerApp(container, first=screen, loudspeaker=loudspeaker)
     app._run_prepare()
     try:
         ui.advance(0.2)

@@ -26,7 +26,7 @@ class Rig:
     """What tests/screenshots/home.py asks of a studio."""
 
     def __init__(self, ui: Driver) -> None:
-        self.dialogs, self._ui, self.driver = Dialogs(animate=False), ui, ui
+        self.dialogs, self._ui, self.driver = Dialogs(), ui, ui
         self.after: list[Callable[[], object]] = []
 
     def afterwards(self, close: Callable[[], object]) -> None:

@@ -20,11 +20,10 @@ from app.widgets.sheet import Sheet
 
 
 class Dialogs:
-    """Opens menus and remembers which are open; what asks for a value is one of the ``sheets``. ``animate`` False opens and closes
-    menus at once (pictures, tests)."""
+    """Opens menus and remembers which are open; what asks for a value is one of the ``sheets``."""
 
-    def __init__(self, animate: bool = True, sheets: Sheets | None = None) -> None:
-        self._animate, self.sheets = animate, sheets or Sheets()
+    def __init__(self, sheets: Sheets | None = None) -> None:
+        self.sheets = sheets or Sheets()
         self._open: list[Menu] = []
 
     @property
@@ -34,7 +33,6 @@ class Dialogs:
 
     def close_all(self) -> None:
         for menu in reversed(self._open[:]):
-            menu.hide_duration = 0
             menu.dismiss()
         self.sheets.close(self.sheets.picker)
 
@@ -122,7 +120,5 @@ class Dialogs:
     def _show(self, menu: Menu) -> Menu:
         self._open.append(menu)
         menu.bind(on_dismiss=self._open.remove)
-        if not self._animate:
-            menu.show_duration = menu.hide_duration = 0
         menu.open()
         return menu

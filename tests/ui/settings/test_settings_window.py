@@ -36,7 +36,7 @@ def asked() -> list[Path]:
 @pytest.fixture
 def screen(site, ui, asked):
     bus = UiBus()
-    shell = Shell(Navigator(None, {}), Dialogs(animate=False), Snackbars(), bus, Background(bus), asked.append)
+    shell = Shell(Navigator(None, {}), Dialogs(), Snackbars(), bus, Background(bus), asked.append)
     unsubscribe = forward(site.container.changes, bus)
     screen = SettingsScreen(SettingsViewModel(pick(SettingsScreen.Services, site.container), shell))
     yield screen
