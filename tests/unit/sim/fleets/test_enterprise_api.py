@@ -153,6 +153,7 @@ def test_a_question_is_answered_by_the_number_of_an_option_from_one(client: Ente
         client.pass_time(1)
     (prompt,) = prompts
     assert (prompt["title"], prompt["options"]) == ("Is the load secured?", ["Yes", "No"])
+    assert prompt["roles"] == ["Distributors"]
     assert (prompt["serial-order-id"], prompt["robot-id"]) == (uuid_of("one"), client.aino.guid)
     assert (client.status(), client.events()[0]["state"]) == ("Executing", "WaitingForInput")
     for value, status in ((0, 400), (3, 400), (1, 200), (1, 400)):

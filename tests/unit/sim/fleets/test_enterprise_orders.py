@@ -119,6 +119,7 @@ def test_phases_run_one_after_the_other_on_one_robot_and_nothing_comes_between(c
     client.post("two", robot_id=client.aino.guid, priority="High")
     assert [client.status(number=number) for number in (0, 1)] == ["Executing", "Waiting"]
     assert [client.events()[index]["state"] for index in (None, 0, 1)] == ["Executing", "Executing", "Created"]
+    assert [client.events()[index]["is-fallback"] for index in (None, 0, 1)] == [None, False, False]
     client.run_until("Executing", number=1)
     assert (client.status(), client.status("two")) == ("Finished", "Pending")
     assert client.run_to_end(number=1) == "Finished"
@@ -203,6 +204,35 @@ def test_a_waiting_order_can_be_changed(client: EnterpriseAsker) -> None:
     assert client.send("PUT", "/serial-order/phase", body).status == 400
 
 
+def test_a_change_of_an_unknown_order_or_to_an_unknown_robot_is_refused(client: EnterpriseAsker) -> None:
+    client.post(earliest_start_time="2026-11-23T07:00:00Z")
+    for order, robot in (("nothing", client.aino.guid), ("one", uuid_of("nothing"))):
+        body = {"serial-order-id": uuid_of(order), "robot-id": robot}
+        assert client.send("PATCH", "/serial-order", body).status == 400
+
+
+def test_orders_come_by_their_priority(client: EnterpriseAsker) -> None:
+    client.post("first", "Wait at home", robot_id=client.aino.guid)
+    client.run_until("Executing", name="first")
+    for priority in ("Low", "Medium", "High"):
+        client.post(priority, robot_id=client.aino.guid, priority=priority)
+    client.run_to_end("Low")
+    queue = [item.fleet_schedule_guid for item in client.aino.robot.queue]
+    assert queue[1:] == [uuid_of(f"{priority} 0") for priority in ("High", "Medium", "Low")]
+
+
+def test_while_its_fallback_runs_the_snapshot_says_why_a_phase_failed(client: EnterpriseAsker) -> None:
+    client.aino.robot.fail_next = "Failed to reach goal position 'Home'"
+    client.post(phase={"fallback-mission-id": GUIDS["Deliver"]}, robot_id=client.aino.guid)
+    client.run_to_end()
+    events = client.get("/serial-order-status/snapshot")["serial-order-status-events"]
+    assert [(one["mission-id"], one["state"], one["message"]) for one in events] == [
+        (GUIDS["Home"], "Aborting", None),
+        (GUIDS["Home"], "Aborted", "Failed to reach goal position 'Home'"),
+        (GUIDS["Deliver"], "Pending", None),
+    ]
+
+
 def test_a_phase_without_mission_waits_for_one(client: EnterpriseAsker) -> None:
     client.post(phase={"mission-id": None})
     client.pass_time(5)
@@ -210,6 +240,7 @@ def test_a_phase_without_mission_waits_for_one(client: EnterpriseAsker) -> None:
     assert (event["state"], event["message"]) == ("WaitingForInput", "Missing MissionId")
     body = {"serial-order-id": uuid_of("one"), "index": 0, "phase": {"mission-id": GUIDS["Home"]}}
     assert client.send("PUT", "/serial-order/phase", body).status == 202
+    assert client.events()[0]["state"] == "Pending"
     assert client.run_to_end() == "Finished"
 
 
@@ -269,7 +300,9 @@ def test_a_restart_keeps_or_forgets_what_no_robot_has(client: EnterpriseAsker) -
     client.fleet.restart(5, forgets_waiting=True)
     client.pass_time(10)
     assert client.send("GET", f"/serial-order/{uuid_of('two')}").status == 404
+    assert client.events("two") == {}
     assert client.run_to_end() == "Finished"
+    assert {one["action-status"] for one in client.order()["actions"]} == {"Succeeded"}
     assert client.post("two").status == 201
 
 
