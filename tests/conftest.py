@@ -23,7 +23,9 @@ from hypothesis import settings  # noqa: E402
 
 from app.database import connection  # noqa: E402
 from tests import budget  # noqa: E402
+from tests.support import targets  # noqa: E402
 from tests.support.new_database import migrate  # noqa: E402
+from tests.support.targets import TARGETS  # noqa: E402
 
 # No example is too slow, even on a busy machine. `.ci/run` uses the profile "ci" and `.ci/night` "thorough".
 settings.register_profile("quick", deadline=None, max_examples=12, derandomize=True)
@@ -40,11 +42,13 @@ connection.migrate = migrate
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--target", choices=TARGETS, default=TARGETS[0], help="what takes the missions of simulated sites")
     parser.addoption("--write-budget", action="store_true", help="note in tests/budget.json how long each file takes")
 
 
 def pytest_configure(config: pytest.Config) -> None:
     """A file that is named is run with its long tests, unless ``-m`` says otherwise or the default run is measured."""
+    targets.chosen = config.option.target
     files = all(Path(argument.partition("::")[0]).is_file() for argument in config.args)
     if config.option.write_budget:
         config.pluginmanager.register(budget.Recorder())

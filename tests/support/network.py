@@ -24,8 +24,11 @@ from app.mir.credentials import Token
 from app.mir.errors import ConnectionLost, NotWanted, TimedOut, Unreachable
 from app.mir.transport import Response, Timeouts
 from mir_sim import SimulatedRobot, api
+from mir_sim.machine import Machine
 from mir_sim.messages import Request
+from mir_sim.profile import FAITHFUL
 from tests.support.clock import VirtualClock
+from tests.support.targets import as_robots_have_it
 
 if TYPE_CHECKING:
     from tests.support.site import Site
@@ -184,12 +187,12 @@ def _http_date(at: datetime) -> str:
 
 
 class SimulatedTransport:
-    def __init__(self, machine: SimulatedRobot, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
+    def __init__(self, machine: Machine, network: Network, clock: VirtualClock, name: str, token: Token) -> None:
         self._machine, self._network, self._clock, self._name = machine, network, clock, name
         self._in_a_row, self._asked_at = 0, 0.0
         self._slowness = random.Random(name)  # of a robot whose every answer takes long
         self._headers = {"content-type": "application/json", "accept-language": "en_US"}
-        self._credentials = {"authorization": token.header}
+        self._credentials = {name.lower(): value for name, value in token.headers.items()}
 
     def send(
         self,
@@ -204,7 +207,8 @@ class SimulatedTransport:
     ) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         network.interrupt(f"before {method} {path}")
-        planned = network.fate_of(self._name, method, path)
+        known_as = as_robots_have_it(path)
+        planned = network.fate_of(self._name, method, known_as)
         fate = planned.fate
         if fate is Fate.LATE and planned.seconds is None:
             planned = replace(planned, seconds=timeout.read + network.rng.uniform(0, network.latest))
@@ -215,7 +219,7 @@ class SimulatedTransport:
             self._clock.suspend(planned.seconds or 0.0)
         if is_wanted is not None and not is_wanted():
             raise NotWanted(address=self._name)
-        if (method, path) == ("POST", QUEUE):
+        if (method, known_as) == ("POST", QUEUE):
             self._note(planned, json)
 
         def handle() -> Response:
@@ -239,9 +243,9 @@ class SimulatedTransport:
             case Fate.NOT_FOUND:
                 return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', {})
         answer = handle()
-        if latency := self._machine.profile.latency:
+        if latency := getattr(self._machine, "profile", FAITHFUL).latency:
             self._answer_takes(self._slowness.uniform(*latency), timeout)
-        if fate in (Fate.FINE, Fate.SLOW) and path.startswith(QUEUE) and self._name not in network.impostors:
+        if fate in (Fate.FINE, Fate.SLOW) and known_as.startswith(QUEUE) and self._name not in network.impostors:
             network.answered[self._name] = self._clock.elapsed()
         network.interrupt(f"after {method} {path}")
         match fate:
@@ -280,7 +284,11 @@ class SimulatedTransport:
         """A submission leaves."""
         at = self._clock.elapsed()
         lands_at = at + (planned.seconds or 0.0) if planned.fate is Fate.LATE else None
-        submission = Submission(at, self._name, json["mission_id"], json.get("description", ""), planned.fate, lands_at)
+        if serial := json.get("serial-order"):
+            mission, token = serial["phases"][0]["mission-id"], serial["id"]
+        else:
+            mission, token = json["mission_id"], json.get("description", "")
+        submission = Submission(at, self._name, mission, token, planned.fate, lands_at)
         self._network.submissions.append(submission)
         self._network.submitted(submission)
 
@@ -289,21 +297,18 @@ class SimulatedTransport:
     ) -> Response:
         """What the robot answers now."""
         network, machine = self._network, self._network.impostors.get(self._name, self._machine)
-        if (
-            path.startswith(f"{QUEUE}/")
-            and method == "GET"
-            and (self._name, int(path.rsplit("/", 1)[1])) in network.unreadable
-        ):
+        known_as = as_robots_have_it(path)
+        number = known_as.removeprefix(f"{QUEUE}/")
+        if method == "GET" and number.isdigit() and (self._name, int(number)) in network.unreadable:
             return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', self._date())
-        if network.short_lists is not None and path == f"{QUEUE}/search":
+        if network.short_lists is not None and known_as == f"{QUEUE}/search":
             return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', self._date())
-        if network.short_lists is not None and (method, path) == ("GET", QUEUE):
+        if network.short_lists is not None and (method, known_as) == ("GET", QUEUE):
             asked = {name: value for name, value in query.items() if name == "whitelist"}
             query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
-        answer = api.handle(machine, Request(method, unquote(f"{api.BASE}{path}"), query, headers, body))
-        return Response(
-            answer.status, network.as_answered(self._name, path, answer.body), {**answer.headers, **self._date()}
-        )
+        answer = api.handle(machine, Request(method, unquote(f"{machine.base}{path}"), query, headers, body))
+        found = network.as_answered(self._name, known_as, answer.body)
+        return Response(answer.status, found, {**answer.headers, **self._date()})
 
     def _date(self) -> dict[str, str]:
         """The header with the robot's clock: true time and that clock's error, at any speed of the simulation."""

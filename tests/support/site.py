@@ -10,25 +10,33 @@ import itertools
 import math
 import sqlite3
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 from app.container import Container
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database, DatabaseUnavailable
+from app.database.fleets import FleetRepository
 from app.domain.check_up import Report, RobotProfile
-from app.domain.models import Execution, Mission, Robot, State
+from app.domain.models import Execution, Fleet, FleetKind, Mission, Robot, State
 from app.domain.robot import FleetIdentity
 from app.mir.address import Address
+from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
-from app.mir.transport import Pace
+from app.mir.enterprise_vehicle import EnterpriseVehicle
+from app.mir.fleet_connection import FleetConnection
+from app.mir.target import Target
+from app.mir.transport import Pace, Transport
 from app.services.dispatch import messages
 from app.services.dispatch.engine import Engine
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.changes import Topic
 from mir_sim import MISSIONS, Profile, SimulatedRobot
+from mir_sim.machine import Machine
+from tests.support import targets
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
 
@@ -37,6 +45,7 @@ ROUND_EVERY = (
     300.0  # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
 )
 USER, PASSWORD = "distributor", "distributor"
+FLEET = "Fleet"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
 
@@ -54,6 +63,7 @@ class Site:
         timezone: str = "UTC",
         robot_speed: float = 1.0,
         profiles: Mapping[str, Profile] | None = None,
+        target: str | None = None,
     ) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
         self.network = network or Network()
@@ -71,6 +81,8 @@ class Site:
                 timezone=timezone if own is None else None,
                 battery=90.0,
             )
+        self.target = target or targets.chosen
+        self.fleet = targets.above(list(self.machines.values()), self.target)
         self._paces: dict[str, Pace] = {}
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
@@ -83,6 +95,10 @@ class Site:
         for machine in self.machines.values():
             machine.set_battery(90.0)
         self.at(4 * 3600.0, self.keep_charged)
+
+    @property
+    def all_machines(self) -> list[Machine]:
+        return [*self.machines.values(), *([self.fleet] if self.fleet else [])]
 
     def seconds(self) -> float:
         """True time since the beginning, which is the robots' simulated time."""
@@ -99,6 +115,9 @@ class Site:
             ask_fleet=lambda _fleet: FleetIdentity(None, None),
             with_window=self._with_window,
             machine=self.tablet,
+        )
+        self._connection = FleetConnection(
+            self.clock.monotonic, self._paces.setdefault(FLEET, Pace(self.clock.monotonic, self.network.time_out))
         )
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}
@@ -147,7 +166,25 @@ class Site:
     def _wake(self) -> None:
         self._next_round = self.clock.monotonic()
 
-    def _client(self, robot: Robot) -> RobotClient:
+    def _client(self, robot: Robot) -> Target:
+        if robot.fleet is not None:
+            assert self.fleet is not None
+            ids = self._vehicle_ids
+            name = next((name for name, vehicle in ids.items() if vehicle == robot.vehicle), FLEET)
+            token = Token.from_header(robot.token or "")
+            make = ClassicVehicle if self.target == "classic" else EnterpriseVehicle
+            return make(
+                Address.parse(robot.address),
+                token,
+                robot.vehicle,
+                connection=self._connection,
+                serial_number=robot.serial_number,
+                identified_by=robot.identified_by,
+                fleet_identity=robot.fleet.identity,
+                profile=robot.known,
+                transport=SimulatedTransport(self.fleet, self.network, self.clock, name, token),
+                **({"reach": self._reach} if make is ClassicVehicle else {}),
+            )
         name = robot.address.removeprefix("http://").upper()
         token = Token.from_header(robot.token or "")
         transport = SimulatedTransport(self.machines[name], self.network, self.clock, name, token)
@@ -164,8 +201,33 @@ class Site:
         )
 
     # ------------------------------------------------------------------ furnishing
+    def _reach(self, address: Address) -> Transport:
+        """A robot of the fleet, at the address that the fleet has of it."""
+        assert self.fleet is not None
+        robot = next(each.robot for each in self.fleet.vehicles if Address.parse(each.address).url == address.url)
+        return SimulatedTransport(robot, self.network, self.clock, robot.name, Token.derive(USER, PASSWORD))
+
+    def add_fleet(self) -> Fleet:
+        """It has been checked up: it gives descriptions back."""
+        kind, catalogue = FleetKind(self.target), self.container.catalogue
+        is_classic = kind is FleetKind.CLASSIC
+        user, password = (USER, PASSWORD) if is_classic else ("", "mir_scheduler")
+        fleet = catalogue.save_fleet(Fleet(FLEET, f"http://{FLEET.lower()}", kind, user), password=password)
+        found = RobotProfile(None, None, token_field="description" if is_classic else None)
+        self.container.db.write(lambda c: FleetRepository().update(c, replace(fleet, profile=found)))
+        return fleet
+
+    @property
+    def _vehicle_ids(self) -> dict[str, str]:
+        """Ids of the robots at their fleet, by name."""
+        vehicles = self.fleet.vehicles if self.fleet else []
+        return {each.robot.name: str(each.number) if self.target == "classic" else each.guid for each in vehicles}
+
     def add_robots(self) -> list[Robot]:
         save = self.container.catalogue.save_robot
+        if self.fleet is not None:
+            fleet = self.add_fleet()
+            return [save(Robot(name, "", fleet=fleet, vehicle=vehicle)) for name, vehicle in self._vehicle_ids.items()]
         return [save(Robot(name, f"http://{name.lower()}", USER), password=PASSWORD) for name in self.machines]
 
     def add_mission(self, name: str = "Deliver") -> Mission:
@@ -302,7 +364,7 @@ class Site:
         self._next_round = min(
             self._next_round, self.clock.monotonic() + LONGEST_WAIT
         )  # of the app's own seconds one is over soon
-        for machine in self.machines.values():
+        for machine in self.all_machines:
             machine.catch_up()
 
     def power_cut(self, seconds: float) -> None:
