@@ -44,6 +44,7 @@ CALLS = {
     "p_": (0, 1, None),
     "InvalidInput": (None, 1, None),
     "existing": (None, 2, None),
+    "check_name_is_free": (None, 2, None),
     "InvalidAddress": (None, 0, None),
     "_wrong": (None, 0, None),
     "message": (None, 0, None),

@@ -179,6 +179,13 @@ class Edit:
             row for row in self.apply(transitions.withdraw(row, reason) for row in rows) if row.ended_at is not None
         ]
 
+    def end_starts_of(self, schedules: Sequence[Schedule]) -> list[Execution]:
+        """Of schedules that are deleted; returns what was open of them."""
+        starts = self.open_of(schedules)
+        for each in schedules:
+            self.withdraw_all(each, "deleted")
+        return starts
+
     def withdraw_all(self, schedule: Schedule, was: str, kept: Collection[int] = ()) -> list[Execution]:
         """The same for a schedule that ``was`` "deleted", "switched_off" or "changed", except ``kept`` ones."""
         rows = [row for row in self.unsent_of([schedule]) if row.id not in kept]

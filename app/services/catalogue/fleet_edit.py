@@ -12,6 +12,7 @@ from app.domain.models import Fleet, InvalidInput
 from app.mir.credentials import token_for_fleet
 from app.services.catalogue import change_log, fields, robot_edit, validation
 from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.validation import check_name_is_free
 from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 
@@ -22,7 +23,7 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
     one. ``is_one_of_many``: the caller checks later that no other has its address."""
     stored = edit.the_fleet(fleet.id) if fleet.id else None
     fleet = fields.checked(fleet, fields.FLEET)
-    _check_name(edit, fleet)
+    check_name_is_free(edit.fleets.by_name(edit.c, fleet.name), fleet.id, "there is a fleet {name} already")
     if password == "":
         raise InvalidInput("password", "enter a password")
     if stored is not None and fleet.kind is not stored.kind:
@@ -37,12 +38,6 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
     was_waiting = password is not None and stored is not None and stored.needs_password
     enabled = token is not None and (fleet.enabled or was_waiting)
     return _put(edit, replace(fleet, token=token, needs_password=token is None, enabled=enabled), stored)
-
-
-def _check_name(edit: Edit, fleet: Fleet) -> None:
-    other = edit.fleets.by_name(edit.c, fleet.name)
-    if other is not None and other.id != fleet.id:
-        raise InvalidInput("name", "there is a fleet {name} already", name=fleet.name)
 
 
 def check_is_no_other(edit: Edit, fleet: Fleet, before: Fleet | None = None) -> None:

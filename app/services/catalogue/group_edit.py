@@ -21,6 +21,7 @@ from app.domain.models import (
 )
 from app.services.catalogue import fields, generated_names, validation
 from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.transitions import Event
 from app.services.live.changes import Topic
@@ -81,9 +82,7 @@ def _check_name(edit: Edit, group: Group, stored: Group | None) -> None:
 def remove(edit: Edit, group_id: int) -> Removed:
     """Deletes its schedules too. Starts that no robot has yet are cancelled; running missions continue."""
     group, schedules = edit.the_group(group_id), edit.schedules.for_group(edit.c, group_id)
-    starts = edit.open_of(schedules)
-    for schedule in schedules:
-        edit.withdraw_all(schedule, "deleted")
+    starts = edit.end_starts_of(schedules)
     starts += _end_waiting(edit, group, {"removed": group.name})
     edit.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
     edit.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
@@ -120,9 +119,7 @@ def save_place(edit: Edit, place: Place) -> Place:
     """Add (id 0) or change."""
     stored = edit.the_place(place.id) if place.id else None
     place = replace(fields.checked(place, fields.PLACE), missions=tuple(sorted(set(place.missions))))
-    other = edit.places.by_name(edit.c, place.name)
-    if other is not None and other.id != place.id:
-        raise InvalidInput("name", "there is a place {name} already", name=place.name)
+    check_name_is_free(edit.places.by_name(edit.c, place.name), place.id, "there is a place {name} already")
     for mission_id in place.missions:
         edit.the_mission(mission_id)
     if place == stored:

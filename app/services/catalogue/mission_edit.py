@@ -10,6 +10,7 @@ from dataclasses import replace
 from app.domain.models import InvalidInput, Mission
 from app.services.catalogue import change_log, fields, generated_names, robot_edit, schedule_edit
 from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.live.changes import Topic
 
@@ -21,8 +22,7 @@ def save(edit: Edit, mission: Mission) -> Mission:
     stored = edit.the_mission(mission.id) if mission.id else None
     only = None if mission.robot_id is None else edit.the_robot(mission.robot_id)
     other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
-    if other is not None and other.id != mission.id:
-        raise InvalidInput("name", "there is a mission {name} already", name=mission.name)
+    check_name_is_free(other, mission.id, "there is a mission {name} already")
     check_used_only_there(edit, mission)
     if stored is not None and stored.guid != mission.guid:
         mission = replace(mission, charges=False)  # the robot has not been asked about that one
@@ -79,9 +79,7 @@ def remove(edit: Edit, mission_id: int) -> Removed:
         _replace(edit, mission_id, general.id, mission.robot_id)
     is_idle_mission = robot_edit.withdraw_idle_of(edit, mission_id)
     schedules = edit.schedules.for_mission(edit.c, mission_id)
-    starts = edit.open_of(schedules)
-    for schedule in schedules:
-        edit.withdraw_all(schedule, "deleted")
+    starts = edit.end_starts_of(schedules)
     edit.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
     edit.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if is_idle_mission else set())
     return edit.hide(Removed(edit.now, missions=[mission_id], starts=starts), schedules)

@@ -11,6 +11,7 @@ from app.domain.models import IdleRule, InvalidInput, Reason, ReasonCode, Robot,
 from app.mir.credentials import token_for
 from app.services.catalogue import change_log, fields, generated_names, group_edit, validation
 from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event
 from app.services.live.alarms import alarm_of
@@ -67,11 +68,8 @@ def way(robot: Robot) -> tuple[int | None, str]:
 
 
 def _check_name(edit: Edit, robot: Robot) -> None:
-    other = edit.robots.by_name(edit.c, robot.name)
-    if other is not None and other.id != robot.id:
-        raise InvalidInput("name", "there is a robot {name} already", name=robot.name)
-    if edit.groups.by_name(edit.c, robot.name) is not None:
-        raise InvalidInput("name", "there is a group {name} already", name=robot.name)
+    check_name_is_free(edit.robots.by_name(edit.c, robot.name), robot.id, "there is a robot {name} already")
+    check_name_is_free(edit.groups.by_name(edit.c, robot.name), 0, "there is a group {name} already")
 
 
 def check_is_no_other(edit: Edit, robot: Robot, before: Robot | None = None) -> None:

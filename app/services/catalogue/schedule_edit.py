@@ -10,10 +10,11 @@ from datetime import datetime, timedelta
 
 from app.domain import names
 from app.domain.clock import MOMENT
-from app.domain.models import Group, InvalidInput, Mission, Overlap, Robot, Schedule, State
+from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
 from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.transitions import Event, Transition
 from app.services.executions.wanted import as_defined, has_start
@@ -228,9 +229,7 @@ def _name(edit: Edit, schedule: Schedule, stored: Schedule | None, target: Robot
         is_generated = stored is not None and names.is_generated(stored.name, mission.name, target.name)
         return stored.name if stored is not None and is_generated else free_name(edit, mission.name, target.name)
     name = checks.name(schedule.name)
-    other = edit.schedules.by_name(edit.c, name)
-    if other is not None and other.id != schedule.id:
-        raise InvalidInput("name", "there is a schedule {name} already", name=name)
+    check_name_is_free(edit.schedules.by_name(edit.c, name), schedule.id, "there is a schedule {name} already")
     return name
 
 
@@ -244,9 +243,7 @@ def remove(edit: Edit, schedule_id: int) -> Removed:
     """Takes effect at once; waiting starts are cancelled, running ones continue, history stays."""
     schedule = edit.the_schedule(schedule_id)
     schedules = edit.with_moved([schedule])
-    starts = edit.open_of(schedules)
-    for each in schedules:
-        edit.withdraw_all(each, "deleted")
+    starts = edit.end_starts_of(schedules)
     edit.notes.append(f"schedule {schedule.name!r} removed")
     edit.topics.add(Topic.SCHEDULES)
     return edit.hide(Removed(edit.now, starts=starts), [schedule])

@@ -37,6 +37,7 @@ from app.services.catalogue import (
     settings_edit,
 )
 from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
 from app.services.live.changes import Topic
@@ -140,23 +141,18 @@ def restore(edit: Edit, removed: Removed) -> None:
     for robot in robots:
         _restore_robot(edit, robot, removed)
     for group in _put_back(edit, edit.groups, removed.groups, removed.at):
-        _check_name_is_free(edit, group.name)
+        _check_robot_name(edit, group.name)
         edit.groups.update(edit.c, group)
         edit.notes.append(f"group {group.name!r} put back")
     for place in _put_back(edit, edit.places, removed.places, removed.at):
-        if edit.places.by_name(edit.c, place.name):
-            raise InvalidInput("name", "there is a place {name} already", name=place.name)
+        check_name_is_free(edit.places.by_name(edit.c, place.name), 0, "there is a place {name} already")
         edit.places.update(edit.c, place)
         edit.notes.append(f"place {place.name!r} put back")
     for mission in _put_back(edit, edit.missions, removed.missions, removed.at):
         if mission.robot_id is not None:
             edit.the_robot(mission.robot_id)
-        if edit.missions.by_name(edit.c, mission.name, mission.robot_id):
-            raise InvalidInput(
-                "name",
-                "there is another mission {name} now: rename that one, then undo again",
-                name=mission.name,
-            )
+        other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
+        check_name_is_free(other, 0, "there is another mission {name} now: rename that one, then undo again")
         edit.missions.update(edit.c, mission)
         edit.notes.append(f"mission {mission.name!r} put back")
         mission_edit.check_used_only_there(edit, mission)
@@ -182,10 +178,8 @@ def restore(edit: Edit, removed: Removed) -> None:
 
 
 def _restore_fleet(edit: Edit, fleet: Fleet, removed: Removed) -> None:
-    if edit.fleets.by_name(edit.c, fleet.name):
-        raise InvalidInput(
-            "name", "there is another fleet {name} now: rename that one, then undo again", name=fleet.name
-        )
+    other = edit.fleets.by_name(edit.c, fleet.name)
+    check_name_is_free(other, 0, "there is another fleet {name} now: rename that one, then undo again")
     with _naming_the_other():
         fleet_edit.check_is_no_other(edit, fleet)
     edit.fleets.update(edit.c, replace(fleet, token=removed.token))
@@ -193,7 +187,7 @@ def _restore_fleet(edit: Edit, fleet: Fleet, removed: Removed) -> None:
 
 
 def _restore_robot(edit: Edit, robot: Robot, removed: Removed) -> None:
-    _check_name_is_free(edit, robot.name)
+    _check_robot_name(edit, robot.name)
     if robot.fleet is not None:
         robot = robot.within(edit.the_fleet(robot.fleet.id))
     with _naming_the_other():
@@ -225,27 +219,22 @@ def _put_back(edit: Edit, table: Table[T], ids: Sequence[int], removed_at: datet
     return found
 
 
-def _check_name_is_free(edit: Edit, name: str) -> None:
+def _check_robot_name(edit: Edit, name: str) -> None:
     """Robots and groups share their names."""
-    if edit.robots.by_name(edit.c, name):
-        raise InvalidInput("name", "there is another robot {name} now: rename that one, then undo again", name=name)
-    if edit.groups.by_name(edit.c, name):
-        raise InvalidInput("name", "there is another group {name} now: rename that one, then undo again", name=name)
+    robot, group = edit.robots.by_name(edit.c, name), edit.groups.by_name(edit.c, name)
+    check_name_is_free(robot, 0, "there is another robot {name} now: rename that one, then undo again")
+    check_name_is_free(group, 0, "there is another group {name} now: rename that one, then undo again")
 
 
 def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
     target = edit.target_of(schedule)
     mission = edit.mission_for(target, schedule.mission_id)
     schedule, does = replace(schedule, mission_id=mission.id), (mission.name, target.name)
-    is_taken = schedule.moved_of is None and edit.schedules.by_name(edit.c, schedule.name) is not None
-    if schedule.id in removed.made_names and (is_taken or not names.is_generated(schedule.name, *does)):
+    other = edit.schedules.by_name(edit.c, schedule.name) if schedule.moved_of is None else None
+    if schedule.id in removed.made_names and (other or not names.is_generated(schedule.name, *does)):
         schedule = replace(schedule, name=schedule_edit.free_name(edit, *does))
-    elif is_taken:
-        raise InvalidInput(
-            "name",
-            "there is another schedule {name} now: rename that one, then undo again",
-            name=schedule.name,
-        )
+    else:
+        check_name_is_free(other, 0, "there is another schedule {name} now: rename that one, then undo again")
     through = max(edit.now, schedule.started_through or edit.now)
     if schedule.planned_through is not None and schedule.planned_through > through:  # the clock was set back since
         schedule = replace(schedule, planned_through=through)

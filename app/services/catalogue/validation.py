@@ -35,6 +35,12 @@ _WEEKDAY_NAMES = (
 )
 
 
+def check_name_is_free(other: Any, id_: int, msgid: str) -> None:
+    """``other``: who has the name, or None; raises InvalidInput with this sentence unless it is the one with this id."""
+    if other is not None and other.id != id_:
+        raise InvalidInput("name", msgid, name=other.name)
+
+
 def settings(changes: Mapping[str, Any]) -> dict[str, Any]:
     """Changes of settings, each in its normal form."""
     for name in changes:
