@@ -11,7 +11,7 @@ from typing import Any
 
 from mir_sim import api, definition
 from mir_sim.errors import ApiError
-from mir_sim.fleets import classic_orders, classic_relations, classic_robots, knobs
+from mir_sim.fleets import classic_orders, classic_relations, classic_robots, classic_system, classic_view, knobs
 from mir_sim.fleets.base import SimulatedFleet
 from mir_sim.fleets.knobs import ClassicKnobs
 from mir_sim.fleets.orders import Order, Vehicle
@@ -60,7 +60,7 @@ class ClassicFleet(SimulatedFleet, RestMachine):
         return None if self.knobs.search == 404 else self.knobs.search
 
     def keep_last(self, vehicle: Vehicle) -> None:
-        self.last_status[vehicle.number] = classic_robots.status_of(vehicle)
+        self.last_status[vehicle.number] = classic_view.status_of(vehicle)
 
     # Orders
 
@@ -153,4 +153,10 @@ def _(fleet: ClassicFleet) -> Handlers:
     return OPERATIONS
 
 
-OPERATIONS: Handlers = registry.SHARED | classic_orders.HANDLERS | classic_relations.HANDLERS | classic_robots.HANDLERS
+OPERATIONS: Handlers = {
+    **registry.SHARED,
+    **classic_orders.HANDLERS,
+    **classic_relations.HANDLERS,
+    **classic_robots.HANDLERS,
+    **classic_system.HANDLERS,
+}

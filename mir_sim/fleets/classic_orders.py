@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from mir_sim.errors import ApiError, argument_error
+from mir_sim.fleets.classic_view import fleet_of
 from mir_sim.fleets.orders import Order, OrderState, Vehicle
 from mir_sim.messages import Response
 from mir_sim.resources.call import Call, Handlers
@@ -24,10 +25,6 @@ WORDS = {
     OrderState.ABORTED: "Aborted",  # cancelled or failed: there is no other word, and no message
     OrderState.INVALID: "Invalid",
 }
-
-
-def fleet_of(call: Call) -> ClassicFleet:
-    return cast("ClassicFleet", call.machine)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from mir_sim.errors import ApiError, argument_error
+from mir_sim.fleets.classic_view import fleet_of
 from mir_sim.resources import rows
 from mir_sim.resources.call import Call, Handlers
 
@@ -24,10 +25,6 @@ GROUPS = {
     "/robots/{robot_id}/charging_groups": "/charging_groups/{group_id}/robots",
     "/chargers/{charger_id}/charging_groups": "/charging_groups/{group_id}/chargers",
 }
-
-
-def fleet_of(call: Call) -> ClassicFleet:
-    return cast("ClassicFleet", call.machine)
 
 
 def members(fleet: ClassicFleet, collection: str, group: object) -> list[Any]:
