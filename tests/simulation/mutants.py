@@ -412,7 +412,7 @@ MUTANTS = (
     ),
     Mutant(
         "an aborted mission never ends",
-        f"{TRACKING}._transitions",
+        f"{TRACKING}._states",
         "if item.state is QueueState.ABORTED or (",
         "if False and (",
         "open for",
@@ -491,7 +491,7 @@ MUTANTS = (
     Mutant(
         "a cleared queue keeps what waits",
         "services.robots.commands:Operator.clear_queue",
-        "cleared.rows = frozenset(row.id for row in self._ledger.open_for(robot_id))",
+        "cleared.rows = frozenset(row.id for row in rows)",
         "cleared.rows = frozenset()",
         "though it was cancelled",
         PEOPLE,
@@ -687,7 +687,7 @@ MUTANTS = (
     # ------------------------------------------------------------------ truth
     Mutant(
         "an aborted mission was completed",
-        f"{TRACKING}._transitions",
+        f"{TRACKING}._states",
         "if item.state is QueueState.DONE:",
         "if item.state in (QueueState.DONE, QueueState.ABORTED):",
         "truth",
