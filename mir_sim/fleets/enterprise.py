@@ -148,8 +148,10 @@ class EnterpriseFleet(SimulatedFleet):
         return True
 
     def change_phase(self, serial: SerialOrder, index: int, new: Phase) -> bool:
-        """Change a phase that no robot has; False when one has, or the order has ended, or there is no such phase."""
+        """Change a phase that no robot has; False when one has, when the order has ended, or when a due phase would lose its mission."""
         if not 0 <= index < len(serial.phases) or not self._waits(serial, phase := serial.phases[index]):
+            return False
+        if phase.order is not None and new.mission_id is None:
             return False
         phase.mission_id, phase.arguments, phase.fallback_mission_id = (
             new.mission_id,

@@ -241,6 +241,7 @@ def test_a_phase_without_mission_waits_for_one(client: EnterpriseAsker) -> None:
     body = {"serial-order-id": uuid_of("one"), "index": 0, "phase": {"mission-id": GUIDS["Home"]}}
     assert client.send("PUT", "/serial-order/phase", body).status == 202
     assert client.events()[0]["state"] == "Pending"
+    assert client.send("PUT", "/serial-order/phase", {**body, "phase": {}}).status == 400
     assert client.run_to_end() == "Finished"
 
 
