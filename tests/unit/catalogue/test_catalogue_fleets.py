@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from app.domain.check_up import RobotProfile
 from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Group, InvalidInput, ReasonCode, Robot, State
 from tests.support.edits import switch_robot
 from tests.unit.catalogue.world import ROBOTS, refuses
@@ -173,3 +174,21 @@ def test_any_robot_of_a_fleet_has_no_idle_mission(world, fleet):
     any_robot = world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
     with refuses("idle", "never idle"):
         world.catalogue.change_idle_rule(any_robot.id, mission_id=world.mission.id)
+
+
+def test_a_fleet_stays_known_at_another_address_and_is_another_one_for_another_user(world, fleet):
+    profile = RobotProfile("guid-1", None)
+    known = world.catalogue.save_fleet(replace(fleet, identity="guid-1", profile=profile))
+    moved = world.catalogue.save_fleet(replace(known, address="10.0.0.60"), password="secret")
+    assert (moved.identity, moved.known) == ("guid-1", profile)
+    other = world.catalogue.save_fleet(replace(moved, username="other"), password="secret")
+    assert (other.identity, other.known) == (None, None)
+    tested = world.catalogue.save_fleet(replace(moved, username="third", identity="guid-3"), password="secret")
+    assert tested.identity == "guid-3"
+
+
+def test_a_fleet_that_is_known_by_nothing_is_checked_up_again_at_another_address(world, fleet):
+    checked_up = world.catalogue.save_fleet(replace(fleet, profile=RobotProfile(None, None)))
+    assert checked_up.known
+    moved = world.catalogue.save_fleet(replace(checked_up, address="10.0.0.60"), password="secret")
+    assert moved.known is None
