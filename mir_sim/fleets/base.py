@@ -18,10 +18,15 @@ from mir_sim.machine import Event, Machine
 from mir_sim.missions import MISSIONS
 from mir_sim.robot import SimulatedRobot
 from mir_sim.site import Site, new_guid
+from mir_sim.world import BY_NAME
 
 LOOKS_EVERY = 1.0  # s between two looks at the robots (guess), at whole seconds, so that reading changes nothing
 
-RETURN_TO_CHARGER = next(mission.guid for mission in MISSIONS if mission.name == "Return to charger")
+RETURN_TO_CHARGER, GO_HOME = (
+    next(mission.guid for mission in MISSIONS if mission.name == name) for name in ("Return to charger", "Home")
+)
+HOME = BY_NAME["Home"]  # where idle robots wait
+NEAR = 0.5  # m
 
 
 class SimulatedFleet(Machine):
@@ -100,6 +105,14 @@ class SimulatedFleet(Machine):
     def charge(self, vehicle: Vehicle, mission_id: str) -> None:
         """Make an order for charging, which gives way to any other (guess)."""
 
+    @property
+    def staging_after(self) -> float | None:
+        """Seconds after which a robot without orders is sent to where it waits; None: never."""
+        return None
+
+    def stage(self, vehicle: Vehicle, mission_id: str) -> None:
+        """Make an order for that, which gives way to any other (guess)."""
+
     def keep_last(self, vehicle: Vehicle) -> None:
         """Keep what is shown of a robot while it isn't reached. Called just before that."""
 
@@ -111,10 +124,22 @@ class SimulatedFleet(Machine):
     def look(self) -> None:
         """Called each second while the fleet is online and has something to do. The robots have advanced to ``now``."""
         self.book.look(self.now, assigns=self.assigns)
-        if self.charging_below is not None and self.assigns:
+        if self._looks_after_idle_ones and self.assigns:
             for vehicle in self.vehicles:
-                if self._is_idle(vehicle) and vehicle.robot.battery.at(self.now) < self.charging_below:
-                    self.charge(vehicle, RETURN_TO_CHARGER)
+                if self._is_idle(vehicle):
+                    self._occupy(vehicle)
+
+    @property
+    def _looks_after_idle_ones(self) -> bool:
+        return self.charging_below is not None or self.staging_after is not None
+
+    def _occupy(self, vehicle: Vehicle) -> None:
+        """Let an idle robot charge, or wait where it is in no one's way."""
+        is_home = math.dist((vehicle.robot.pose.x, vehicle.robot.pose.y), (HOME.pose.x, HOME.pose.y)) < NEAR
+        if self.charging_below is not None and vehicle.robot.battery.at(self.now) < self.charging_below:
+            self.charge(vehicle, RETURN_TO_CHARGER)
+        elif self.staging_after is not None and self.now >= vehicle.free_since + self.staging_after and not is_home:
+            self.stage(vehicle, GO_HOME)
 
     def _is_idle(self, vehicle: Vehicle) -> bool:
         is_wanted = any(one.wanted is vehicle for one in self.book.open)
@@ -140,7 +165,7 @@ class SimulatedFleet(Machine):
 
     def _events(self) -> Iterator[Event]:
         yield from super()._events()
-        if self.online and (self.book.has_open or self.charging_below is not None):
+        if self.online and (self.book.has_open or self._looks_after_idle_ones):
             yield (math.floor(self.now / LOOKS_EVERY) + 1) * LOOKS_EVERY, self._look
 
     def _look(self) -> None:

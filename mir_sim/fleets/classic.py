@@ -93,10 +93,20 @@ class ClassicFleet(SimulatedFleet, RestMachine):
     def charging_below(self) -> float | None:
         return self.knobs.charging_below
 
+    @property
+    def staging_after(self) -> float | None:
+        return self.knobs.staging_after
+
     def charge(self, vehicle: Vehicle, mission_id: str) -> None:
+        self._order_itself(mission_id, wanted=vehicle)
+
+    def stage(self, vehicle: Vehicle, mission_id: str) -> None:
+        self._order_itself(mission_id, wanted=vehicle, is_staging=True)
+
+    def _order_itself(self, mission_id: str, **fields: Any) -> None:
         user = self.site.table("/users").get(ADMINISTRATOR)
         if user is not None:
-            self.book.submit(self.new_guid(), mission_id, user, self.now, wanted=vehicle)
+            self.book.submit(self.new_guid(), mission_id, user, self.now, **fields)
 
     # Restarts
 

@@ -44,7 +44,7 @@ def list_prompts(call: Call) -> list[dict[str, Any]]:
     return [
         {**prompt_of(vehicle), "url": f"/v2.0.0/prompt/{vehicle.robot.prompt.guid}", "robot_id": vehicle.number}
         for vehicle in fleet_of(call).vehicles
-        if vehicle.robot.prompt is not None
+        if vehicle.is_online and vehicle.robot.prompt is not None
     ]
 
 
@@ -52,7 +52,7 @@ def prompt(call: Call) -> dict[str, Any]:
     """Read a question, or answer it."""
     guid = call.params["guid"]
     for vehicle in fleet_of(call).vehicles:
-        if vehicle.robot.prompt is not None and vehicle.robot.prompt.guid == guid:
+        if vehicle.is_online and vehicle.robot.prompt is not None and vehicle.robot.prompt.guid == guid:
             answer = call.changes()["answer"] if call.operation.verb == "put" else ""
             shown = {**prompt_of(vehicle), "robot_id": vehicle.number, "answer": answer}
             if answer:

@@ -44,6 +44,7 @@ class FleetState(IntEnum):
     LOW_BATTERY = 10
     READY = 11
     CHARGING = 12
+    STAGING = 13
     INDEPENDENT_MISSION = 14
     EXECUTING_FLEET_ORDER = 15
     EVACUATED = 21
@@ -78,6 +79,8 @@ def fleet_state(fleet: ClassicFleet, vehicle: Vehicle) -> FleetState:
         return BY_ROBOT_STATE[robot.state]
     if vehicle.is_charging:
         return FleetState.CHARGING
+    if vehicle.is_staging:
+        return FleetState.STAGING
     work = [*robot.queue.pending(), *([robot.run.item] if robot.run is not None else [])]
     if work:
         is_ours = any(item.fleet_schedule_guid for item in work)

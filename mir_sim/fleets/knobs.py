@@ -93,6 +93,7 @@ class ClassicKnobs:
         serial_numbers: whether robots have theirs.
         demands_language: whether requests without the header Accept-Language are refused.
         charging_below: percent of battery below which the fleet sends a robot without orders to the charger.
+        staging_after: simulated seconds after which it sends a robot without orders home.
         box: the status code with which a security box on the way answers in place of the fleet.
     """
 
@@ -113,6 +114,7 @@ class ClassicKnobs:
     serial_numbers: bool = switch(True)
     demands_language: bool = switch(False)
     charging_below: float | None = number(0, 100)
+    staging_after: float | None = number(0, 1e6)
     box: int | None = choice(None, 470)
 
 

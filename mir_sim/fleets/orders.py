@@ -53,6 +53,7 @@ class Vehicle:
         is_active: whether the fleet may use it.
         has_contact: whether the fleet hears it while it is online.
         free_since: when its last order ended.
+        staging: the last of its queue's items by which the fleet sent it to where it waits.
     """
 
     number: int
@@ -64,6 +65,7 @@ class Vehicle:
     group: int = 1
     description: str = ""
     free_since: float = 0.0
+    staging: QueueItem | None = None
 
     @property
     def is_online(self) -> bool:
@@ -75,8 +77,9 @@ class Vehicle:
         """Whether it would begin an order now (guess): it is online and ready, and has no mission, or one that gives way to others."""
         robot = self.robot
         is_ready = robot.state in (StateId.READY, StateId.COMPLETED, StateId.ABORTED)
-        is_ready = is_ready or (self.is_charging and robot.state in (StateId.DOCKED, StateId.EXECUTING))
-        has_work = (robot.run is not None and not self.is_charging) or bool(robot.queue.pending())
+        gives_way = self.is_charging or self.is_staging
+        is_ready = is_ready or (gives_way and robot.state in (StateId.DOCKED, StateId.EXECUTING))
+        has_work = (robot.run is not None and not gives_way) or bool(robot.queue.pending())
         return self.is_active and self.is_online and is_ready and not has_work
 
     @property
@@ -84,6 +87,12 @@ class Vehicle:
         """Whether it is on a charger until it gets a mission."""
         run = self.robot.run
         return run is not None and isinstance(run.step, ChargeStep) and run.step.until_new_mission
+
+    @property
+    def is_staging(self) -> bool:
+        """Whether it drives to where it waits; any order ends that."""
+        run = self.robot.run
+        return run is not None and run.item is self.staging
 
 
 @dataclass(eq=False)
@@ -99,6 +108,7 @@ class Order:
         vehicle: the robot that has it; once set, it stays.
         item: what is in that robot's queue.
         is_cancelled: whether somebody has asked for its end.
+        is_staging: whether the fleet made it to send an idle robot to where it waits.
     """
 
     number: int
@@ -118,6 +128,7 @@ class Order:
     started: float | None = None
     ended: float | None = None
     is_cancelled: bool = False
+    is_staging: bool = False
 
     @property
     def message(self) -> str:
@@ -244,6 +255,8 @@ class OrderBook:
         ]
         if candidates:
             vehicle = min(candidates, key=lambda one: (one.free_since, one.number))
+            if vehicle.is_staging and vehicle.staging is not None:
+                vehicle.robot.cancel(vehicle.staging)
             order.vehicle, order.state = vehicle, OrderState.SENT
             order.item = vehicle.robot.order(
                 order.mission_id,
@@ -252,6 +265,8 @@ class OrderBook:
                 parameters=order.parameters,
                 fleet_schedule_guid=order.guid,
             )
+            if order.is_staging:
+                vehicle.staging = order.item
 
     def _end(self, order: Order, state: OrderState, now: float) -> None:
         order.state, order.ended = state, now

@@ -23,7 +23,7 @@ STEPS = st.one_of(
     st.tuples(st.just("pass"), st.floats(0.1, 90)),
     st.tuples(st.just("reboot"), st.sampled_from(["kept", "lost"])),
     st.tuples(st.just("state"), st.sampled_from(["normal", "maintenance"])),
-    st.tuples(st.just("charge"), st.sampled_from([None, 100])),
+    st.tuples(st.just("turn"), st.sampled_from(["charging_below", "staging_after"]), st.sampled_from([None, 20, 90])),
     st.tuples(st.just("cut off"), st.sampled_from([[], ["Aino"], ["Aino", "Veikko"]])),
     st.tuples(st.just("active"), ROBOTS, st.booleans()),
     st.tuples(st.just("robot"), ROBOTS, st.sampled_from(["pause", "resume", "clear_errors", "reboot", "fail"])),
@@ -48,8 +48,8 @@ class Hall(FleetAsker):
                 self.pass_time(10)
             case "state":
                 self.send("PUT", "/status", {"state": values[0]})
-            case "charge":
-                self.control(knobs={"charging_below": values[0]})
+            case "turn":
+                self.control(knobs={values[0]: values[1]})
             case "cut off":
                 self.control(out_of_contact=values[0])
             case "active":
@@ -97,7 +97,8 @@ def test_an_order_runs_at_most_once_and_its_end_stays(steps: list[tuple[Any, ...
 def everything_ends(hall: Hall) -> None:
     """Once nothing is in the way, all orders end, as their robots say."""
     hall.do("state", "normal")
-    hall.do("charge", None)
+    hall.do("turn", "charging_below", None)
+    hall.do("turn", "staging_after", None)
     hall.do("cut off", [])
     for number in (1, 2):
         hall.do("active", number, True)

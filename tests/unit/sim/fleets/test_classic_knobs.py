@@ -164,6 +164,20 @@ def test_robots_are_sent_to_the_charger() -> None:
     fleet.pass_until_done(fleet.order("Home", robot_id=2))
 
 
+def test_idle_robots_are_sent_home_and_give_that_up_for_an_order() -> None:
+    fleet = FleetAsker(staging_after=20)
+    fleet.pass_until_done(fleet.order("Deliver", robot_id=1))
+    fleet.pass_until(lambda: fleet.vehicle()["fleet_state"] == 13)
+    staging = fleet.get("/mission_scheduler?limit=1&whitelist=id,mission_name,robot_id")[0]
+    assert (staging["mission_name"], staging["robot_id"]) == ("Home", 1)
+    number = fleet.order("Deliver", robot_id=1)
+    fleet.pass_until(lambda: fleet.state_of(number) == "Executing")
+    assert (fleet.state_of(staging["id"]), fleet.vehicle()["fleet_state"]) == ("Aborted", 15)
+    fleet.pass_until_done(number)
+    fleet.pass_time(300)
+    assert [one["state"] for one in fleet.get("/mission_scheduler")] == ["Done", "Done", "Aborted", "Done"]
+
+
 def test_a_box_on_the_way_answers_in_place_of_the_fleet_until_it_is_removed() -> None:
     fleet = FleetAsker()
     fleet.control(knobs={"box": 470})
