@@ -26,6 +26,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
     {
         ReasonCode.ROBOT_ABORTED: (
             (("message",), "The robot ended it: {message}"),
+            (("fleet",), "It was stopped at the fleet, or it failed: the fleet doesn't say which"),
             ((), "The robot ended it without saying why"),
         ),
         ReasonCode.RETRY_LIMIT: (

@@ -24,6 +24,7 @@ from app.mir.errors import (
     AnotherFleet,
     AnotherRobot,
     NotAMir,
+    Refusal,
     Rejected,
     RobotError,
     Unnumbered,
@@ -31,7 +32,7 @@ from app.mir.errors import (
     VehicleUnavailable,
 )
 from app.mir.fleet_connection import FleetConnection
-from app.mir.mission_queue import QueueReader
+from app.mir.mission_queue import PAGE, UNSUPPORTED, QueueReader
 from app.mir.own_api import OwnApi
 from app.mir.rest import again_if_stale
 from app.mir.robot_vocabulary import LONGEST_DESCRIPTION, in_mir_words
@@ -43,6 +44,7 @@ ORDERS = "/mission_scheduler"
 FIELDS = "id,ip,name,active,serial_number,robot_model,fleet_state,fleet_state_text,status"
 USER_KNOWN_FOR = 10.0  # s for which the fleet is known by the app's user there
 VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet
+NEWEST = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE)}
 NORMAL = "normal"  # the fleet's state in which it gives orders to robots
 BUILT_IN = "mirconst"  # guids that are the same on all fleets begin so
 
@@ -290,6 +292,17 @@ class ClassicVehicle(StoredData):
     def highest_queue_id(self) -> int | None:
         """Of all orders of the fleet. One of a moment ago is lower, and safe to search from."""
         return self._connection.shared("highest", self._queue.highest_id)
+
+    def newest_id(self, token: str = "") -> int | None:
+        """Where the fleet has no search, of the newest orders of all its robots."""
+        filters = [{"fieldname": "robot_id", "operator": "=", "value": self.vehicle}]
+        try:
+            found = self._entries("POST", f"{ORDERS}/search", {**NEWEST, "limit": "1"}, {"filters": filters})
+        except Refusal as error:
+            if error.status not in UNSUPPORTED:
+                raise
+            found = self._connection.shared("newest", lambda: self._entries("GET", ORDERS, NEWEST, None))
+        return max((parse.queue_id(entry) for entry in found if entry["vehicle"] == self.vehicle), default=None)
 
     def cancel(self, queue_id: int, token: str = "") -> None:
         self.pace.wait(None)

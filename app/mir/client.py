@@ -140,6 +140,9 @@ class RobotClient(VerifiedRequests):
         from. None: empty."""
         return self._queue.highest_id()
 
+    def newest_id(self, token: str = "") -> int | None:
+        return self.highest_queue_id()
+
     def cancel(self, queue_id: int, token: str = "") -> None:
         """Abort one item. It stays in the robot's list as Aborted."""
         self._order("DELETE", f"/mission_queue/{queue_id}")

@@ -13,6 +13,8 @@ from app.mir import parse
 from app.mir.errors import Unreadable
 from app.mir.fleet_connection import FleetConnection
 
+MOST_REMEMBERED = 200  # orders that were sent
+
 
 class Sent(NamedTuple):
     """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent."""
@@ -28,7 +30,7 @@ class PastOrders:
     def __init__(self, connection: FleetConnection, ask: Callable[[], list[parse.Object]]) -> None:
         self._connection, self._ask = connection, ask
 
-    def _rows(self, within: float = 1.0) -> Sequence[parse.Object]:
+    def rows(self, within: float = 1.0) -> Sequence[parse.Object]:
         return self._connection.shared("orders", self._ask, within)
 
     @property
@@ -37,10 +39,22 @@ class PastOrders:
         found: dict[str, str] = self._connection.notes.setdefault("ids of phases", {})
         return found
 
+    @property
+    def _sent(self) -> dict[str, Sent]:
+        found: dict[str, Sent] = self._connection.notes.setdefault("sent", {})
+        return found
+
+    def token_of(self, phase_id: str) -> str:
+        """ "" where it is not known."""
+        return next((token for token, phase in self._ids.items() if phase == phase_id), "")
+
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
-        before = frozenset(_id(row) for row in self._rows(0.0))
-        self._connection.notes.setdefault(("sent", token), Sent(mission, vehicle, before))
+        before = frozenset(_id(row) for row in self.rows(0.0))
+        sent = self._sent
+        sent.setdefault(token, Sent(mission, vehicle, before))
+        for old in list(sent)[:-MOST_REMEMBERED]:
+            del sent[old]
 
     def saw(self, token: str, event: parse.Object) -> None:
         """It is active. Once it runs, it is the order that its robot runs."""
@@ -48,7 +62,7 @@ class PastOrders:
             return
         running = [
             row
-            for row in self._rows()
+            for row in self.rows()
             if words.state_of(row.get("order-status")) is QueueState.EXECUTING
             and all(row.get(name) == event.get(name) for name in ("robot-id", "mission-id"))
         ]
@@ -58,10 +72,10 @@ class PastOrders:
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
         Unreadable if several may be meant."""
-        rows, known = {_id(row): row for row in self._rows()}, self._ids
+        rows, known = {_id(row): row for row in self.rows()}, self._ids
         if token in known:
             return rows.get(known[token])
-        sent: Sent | None = self._connection.notes.get(("sent", token))
+        sent = self._sent.get(token)
         others = {phase for of, phase in known.items() if of != token}
         free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle)}
         if not free:

@@ -31,6 +31,7 @@ from app.mir.transport import OF_READS, Response, Timeouts
 LEAST, WHOLE = (1, 4, 2), (1, 5)  # versions: before the first no order can be found, from the second on each by its id
 KNOWN_FOR = 10.0  # s for which the fleet's name and version are known
 NOT_FOUND = (404, 410)
+MOST_REMEMBERED = 500  # orders whose messages are kept
 
 T = TypeVar("T")
 
@@ -144,10 +145,17 @@ class EnterpriseRequests(RestRequests):
         events = self._get(
             "/serial-order-status/snapshot", lambda found: words.wrapped(found, name), largest=LARGEST_MISSIONS
         )
+        said: dict[str, str] = self._connection.notes.setdefault("said", {})
         for event in events:
-            if said := clean(event.get("message")):
-                self._connection.notes["said", clean(event.get("serial-order-id"), 80)] = said
+            if text := clean(event.get("message")):
+                said[clean(event.get("serial-order-id"), 80)] = text
+        for token in list(said)[:-MOST_REMEMBERED]:
+            del said[token]
         return list(words.of_whole_orders(events).values())
+
+    def _said(self, token: str) -> str:
+        """The last message that this order's events have had."""
+        return str(self._connection.notes.get("said", {}).get(token, ""))
 
     def _prompts(self) -> list[parse.Object]:
         return self._connection.shared(

@@ -242,26 +242,36 @@ class EnterpriseVehicle(EnterpriseRequests):
             self._past.saw(token, event)
             return words.item_of_event(event, {})
         order = self._past.find(token, "" if self._is_any else self.vehicle)
-        return (
-            None
-            if order is None
-            else words.item_of_order(token, order, self._connection.notes.get(("said", token), ""))
-        )
+        return None if order is None else words.item_of_order(token, order, self._said(token))
 
     def _ask_past(self) -> list[parse.Object]:
         return self._get("/order", lambda found: parse.objects(found, message("the orders")), largest=None)
 
     def _phase(self, token: str, phase_id: str) -> QueueItem | None:
         order = self._found(f"/order/{segment(phase_id)}")
-        return (
-            None
-            if order is None
-            else words.item_of_order(token, order, self._connection.notes.get(("said", token), ""))
-        )
+        return None if order is None else words.item_of_order(token, order, self._said(token))
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for."""
         return [item for item in self._active_items() if item.state.is_open and self._is_own(item)]
+
+    def newest_id(self, token: str = "") -> int | None:
+        """Of those that are active or have ended within the hour, and of what was seen before."""
+        active = [item.id for item in self._active_items() if item.vehicle == self.vehicle]
+        own = [row for row in self._past.rows() if row.get("robot-id") == self.vehicle and not words.gives_way(row)]
+        if active:
+            self._connection.notes["newest", self.vehicle] = max(active)
+        elif own:
+            phase_id = clean(max(own, key=words.created).get("order-id"), 80)
+            self._connection.notes["newest", self.vehicle] = self._number_of_phase(phase_id, token)
+        newest: int | None = self._connection.notes.get(("newest", self.vehicle))
+        return newest
+
+    def _number_of_phase(self, phase_id: str, token: str) -> int:
+        """Of the order that has it, if that is known; else a number of its own."""
+        if token and phase_id == words.phase_of(token):
+            return words.number_of(token)
+        return words.number_of(self._past.token_of(phase_id) or phase_id)
 
     def _is_own(self, item: QueueItem) -> bool:
         if self._is_any:

@@ -48,7 +48,10 @@ _END_STATES = MappingProxyType(  # of robots, other than those in which they wor
     }
 )
 _AT_WORK = ("idle", "operational")
-_CHARGES, _STAGES = "autocharging", "autostaging"  # types of orders that give way to others
+_CHARGES, _STAGES = (
+    ("autocharging", "charging"),
+    ("autostaging", "staging"),
+)  # types of orders that give way, in events and lists
 PRIORITIES = ("Low", "Medium", "High")
 _SPAN = re.compile(r"(?:(\d{1,4})\.)?(\d{1,6}):(\d{2}):(\d{2})(?:\.\d+)?")
 _KINDS = {"position": "position", "markertype": ""}  # of arguments: the parameter of an action that they set
@@ -138,9 +141,14 @@ def of_whole_orders(events: Sequence[parse.Object]) -> dict[str, parse.Object]:
     return found
 
 
+def created(order: parse.Object) -> str:
+    """A time that orders can be sorted by."""
+    return clean(order.get("order-created"), 40)
+
+
 def gives_way(event: parse.Object) -> bool:
     """An order that the fleet has made itself, and that ends when another comes."""
-    return clean(event.get("order-type"), 40).casefold() in (_CHARGES, _STAGES)
+    return clean(event.get("order-type"), 40).casefold() in (*_CHARGES, *_STAGES)
 
 
 # ---------------------------------------------------------------------- robots
@@ -194,9 +202,9 @@ def _state(word: str, running: Sequence[parse.Object]) -> RobotState:
     if word not in _AT_WORK:
         return _END_STATES.get(word, RobotState.UNKNOWN)
     types = {clean(event.get("order-type"), 40).casefold() for event in running}
-    if types - {_CHARGES, _STAGES}:
+    if types - {*_CHARGES, *_STAGES}:
         return RobotState.EXECUTING
-    return RobotState.DOCKED if _CHARGES in types else RobotState.READY
+    return RobotState.DOCKED if types & {*_CHARGES} else RobotState.READY
 
 
 def _problem(value: parse.Object) -> RobotProblem:

@@ -101,6 +101,10 @@ class Target(Protocol):
     def highest_queue_id(self) -> int | None:
         """Of all orders; None: there are none, or ids don't grow."""
 
+    def newest_id(self, token: str = "") -> int | None:
+        """Of the orders of this robot; another one shows that it was used. ``token``: of the last one that it took from
+        the app. None: not known."""
+
     def cancel(self, queue_id: int, token: str = "") -> None:
         """Cancel one order."""
 

@@ -12,8 +12,9 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from datetime import timedelta
 
+from app.domain.capabilities import FindBy
 from app.domain.message import Message, message
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
+from app.domain.models import ANY_VEHICLE, Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target
@@ -168,6 +169,8 @@ class Duplicates:
         if not self._s.restored_starts.wants(robot):
             self._read = {}
             return
+        is_whole = self._client.capabilities.find_by is not FindBy.ID  # it lists all, not only what is looked for
+        tokens = self._s.restored_starts.sought()
         try:
             found = self._client.status().serial_number
             if robot.serial_number and found and found != robot.serial_number:  # another machine
@@ -175,9 +178,12 @@ class Duplicates:
             highest = self._client.highest_queue_id() or 0
             if highest < max(self._read, default=0):  # its numbers have begun again
                 self._read, known = {}, 0
-            items = self._client.items_after(max(0, highest - SEARCHED_AFTER_RESTORE), self._read, highest)
+            floor = max(0, highest - SEARCHED_AFTER_RESTORE)
+            items = self._client.items_after(floor, self._read, highest, tokens=tokens)
             last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
-            if last is not None and highest < last.queue_id:  # it boots, or has forgotten others: that is no answer
+            if (
+                is_whole and last is not None and highest < last.queue_id
+            ):  # it boots, or has forgotten others: that is no answer
                 log.info(
                     "%r does not show its newest items, so whether it has other starts of before the restore is not known",
                     robot.name,
@@ -191,7 +197,12 @@ class Duplicates:
             log.info("Whether %r has starts of before the restore could not be asked: %s", robot.name, error.text)
         else:
             self._read = {}
-            self._s.restored_starts.answer(robot, asked_at, sorted(items, key=lambda item: item.id))
+            own = sorted((item for item in items if self._is_of_robot(item)), key=lambda item: item.id)
+            self._s.restored_starts.answer(robot, asked_at, own, None if is_whole else tokens)
+
+    def _is_of_robot(self, item: QueueItem) -> bool:
+        """Not another robot's of the same fleet."""
+        return not item.vehicle or self._seen.robot.vehicle in ("", ANY_VEHICLE, item.vehicle)
 
     # ------------------------------------------------------------------ one too many
     def give_up(self, row: Execution, problem: Message, *, may_come: bool = True) -> Transition:
@@ -246,6 +257,8 @@ class Duplicates:
             row = self._ledger.by_token(item.description)
             if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
                 continue
+            if self._is_other_vehicles(row, item):
+                continue
             is_here = row.robot_id == self._seen.robot.id
             if is_here and row.queue_id == item.id and not was_given_up(row):
                 continue
@@ -256,8 +269,7 @@ class Duplicates:
                 unsettled.add(row.token)  # met again before it begins
                 self.watch_from(row, item.id - 1)
         searched = max((item.id for item in newer), default=0)  # what is older has been seen
-        if self._seen.highest is not None:
-            self._seen.highest = max(self._seen.highest, searched)  # or the next search would begin at the first item
+        self._seen.saw_id(searched)  # or the next search would begin at the first item
         self._watched = {
             token: (floor if token in unsettled or not newer else searched, until)
             for token, (floor, until) in self._watched.items()
@@ -265,6 +277,19 @@ class Duplicates:
         }  # again after its time
         if over := before - self._watched.keys():
             self._ledger.drop_watches(self._seen.robot.id, over)
+
+    def _is_other_vehicles(self, row: Execution, item: QueueItem) -> bool:
+        """Whether another robot of the same fleet has it, or the fleet chooses among all: that one's worker looks after
+        it."""
+        robot = self._seen.robot
+        if robot.fleet is None or robot.is_any:
+            return False
+        if not self._is_of_robot(item):
+            return True
+        holder = None if row.robot_id is None else self._s.robots.get(self._s.db.read(), row.robot_id)
+        if holder is None or holder.id == robot.id or holder.fleet is None or holder.fleet.id != robot.fleet.id:
+            return False
+        return holder.is_any or row.queue_id == item.id
 
     def _whole(self, row: Execution, item: QueueItem) -> QueueItem | None:
         """Reads by number what the list may not show. None: it can't be read, and may be the row's own."""

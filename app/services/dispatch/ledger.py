@@ -105,15 +105,15 @@ class Ledger:
             else None
         )
 
-    def add_idle(self, execution: Execution, robot: Robot) -> None:
+    def add_idle(self, execution: Execution, robot: Robot, last_use: int | None) -> None:
         """Write the row of an idle mission, unless ``robot`` or its rule has been changed since it was read. Its idle period has then had
-        its mission."""
+        its mission. ``last_use``: the id by which it is seen whether the robot is used again."""
 
         def work(c: sqlite3.Connection) -> Execution | None:
             now = self._robots.get(c, robot.id)
             if now is None or not now.enabled or (now.address, now.idle) != (robot.address, robot.idle):
                 return None
-            self._robots.note_idle(c, robot.id, execution.queue_floor)
+            self._robots.note_idle(c, robot.id, last_use)
             return self._executions.add_once(c, execution)
 
         self._added(work)

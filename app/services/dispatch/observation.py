@@ -12,6 +12,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain import rules
 from app.domain.activity import SpanRecorder, activity_of, can_work, is_charging
+from app.domain.capabilities import FindBy
 from app.domain.check_up import RobotProfile
 from app.domain.clock import ClockReading
 from app.domain.message import Message, message, message_of, render
@@ -52,6 +53,7 @@ class Observation:
         self.clock: ClockReading | None = None
         self.gives_time = True  # as far as is known; robots behind some proxies don't
         self.highest: int | None = None  # queue id seen
+        self.newest: int | None = None  # of a fleet's robot: id of its own newest order, as fleets count for all
         self.user_name = ""  # who we are to the robot, once it has been asked
         self.failures = 0  # since the last answer
         self._silences = 0  # failures that are not the tablet's own, since the last answer
@@ -81,11 +83,21 @@ class Observation:
             self.failures, self._alarmed, self._evaluated, self._in_part_since = 0, set(), set(), math.inf
             self._silences = 0
         if self._robot.serial_number not in (None, robot.serial_number):
-            self.highest, self._identified = None, False
+            self.highest, self.newest, self._identified = None, None, False
             self.invalidate_status()
         self._robot = robot
         self._client.serial_number, self._client.identified_by = robot.serial_number, robot.identified_by
         self._client.use_profile(robot.known)
+
+    @property
+    def last_use(self) -> int | None:
+        """The id that is another one once the robot has more to do."""
+        return self.highest if self.robot.fleet is None else self.newest
+
+    def saw_id(self, queue_id: int) -> None:
+        """Missions of others from now on have higher ids, unless the app chooses the ids."""
+        if self.highest is not None and self._client.capabilities.find_by is not FindBy.ID:
+            self.highest = max(self.highest, queue_id)
 
     @property
     def known(self) -> RobotProfile | None:

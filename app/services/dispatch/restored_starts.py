@@ -45,6 +45,7 @@ class _Answer:
     robot: Robot
     asked_at: float
     items: dict[str, QueueItem]  # by description
+    tokens: frozenset[str] | None = None  # those that it was asked for; None: it has listed all of its newest
 
 
 @dataclass
@@ -56,13 +57,19 @@ class _Search:
     answers: dict[tuple[int, str], _Answer] = field(default_factory=dict)  # by robot and address
     awaited_until: float = -math.inf
     called_at: float = -math.inf
+    sought: dict[str, float] = field(default_factory=dict)  # until when these tokens are looked for
 
     def answer_of(self, robot: Robot) -> _Answer | None:
         return self.answers.get((robot.id, robot.address))
 
-    def answered_at(self, robot: Robot) -> float:
+    def tokens(self, mono: float) -> frozenset[str]:
+        return frozenset(token for token, until in self.sought.items() if until >= mono)
+
+    def answered_at(self, robot: Robot, mono: float) -> float:
         answer = self.answer_of(robot)
-        return answer.asked_at if answer else -math.inf
+        if answer is None or (answer.tokens is not None and not self.tokens(mono) <= answer.tokens):
+            return -math.inf
+        return answer.asked_at
 
 
 class RestoredStarts:
@@ -122,16 +129,17 @@ class RestoredStarts:
         mono = self._clock.monotonic()
         with self._lock:
             search, final_from = self._current_search(), self._final_from()
+            search.sought |= dict.fromkeys(filter(None, tokens), mono + AWAITED_FOR)
             for answer in filter(None, map(search.answer_of, robots)):
                 if found := next((answer.items[token] for token in tokens if token in answer.items), None):
                     return Found(answer.robot, found)
-            if all(search.answered_at(robot) >= final_from for robot in robots):
+            if all(search.answered_at(robot, mono) >= final_from for robot in robots):
                 return Found()
             calls = mono > search.awaited_until or search.called_at < final_from <= mono
             search.awaited_until = mono + AWAITED_FOR
             if calls:
                 search.called_at = mono
-            silent = [robot.name for robot in robots if search.answered_at(robot) == -math.inf]
+            silent = [robot.name for robot in robots if search.answered_at(robot, mono) == -math.inf]
         if calls:
             self._changes.publish(Topic.EXECUTIONS)  # wakes every worker
         return Found(is_certain=False, silent=silent)
@@ -142,14 +150,22 @@ class RestoredStarts:
         if mono > self._search.awaited_until:
             return False
         with self._lock:
-            answered_at, final_from = self._current_search().answered_at(robot), self._final_from()
+            answered_at, final_from = self._current_search().answered_at(robot, mono), self._final_from()
         return answered_at < final_from and (answered_at == -math.inf or mono >= final_from)
 
-    def answer(self, robot: Robot, asked_at: float, items: Sequence[QueueItem]) -> None:
-        """A robot's newest items, by ascending id; ``asked_at`` on the monotonic clock."""
+    def sought(self) -> frozenset[str]:
+        """The tokens that are looked for now."""
+        with self._lock:
+            return self._current_search().tokens(self._clock.monotonic())
+
+    def answer(
+        self, robot: Robot, asked_at: float, items: Sequence[QueueItem], tokens: frozenset[str] | None = None
+    ) -> None:
+        """A robot's newest items, by ascending id; ``asked_at`` on the monotonic clock. ``tokens``: it was asked for
+        these only."""
         earliest = {item.description: item for item in reversed(items)}
         with self._lock:
-            self._current_search().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest)
+            self._current_search().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest, tokens)
 
     def _current_search(self) -> _Search:
         """A new one when the plan has moved here since."""

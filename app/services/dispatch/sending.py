@@ -412,8 +412,7 @@ class Sending:
             )
 
     def _accepted(self, intent: Execution, queue_id: int, since: datetime | None = None) -> None:
-        if self._seen.highest is not None:  # missions of others from now on have higher ids
-            self._seen.highest = max(self._seen.highest, queue_id)
+        self._seen.saw_id(queue_id)
         self.attempts[intent.id] = Attempt(
             Phase.ACCEPTED,
             math.inf,

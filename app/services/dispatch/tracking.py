@@ -155,13 +155,15 @@ class Tracking:
         ):
             if self._s.clearing.is_of(self._seen.robot.id):
                 return []  # begun while this robot was read
-            why = why_aborted(self._ledger.get(row.id) or row, item)  # a person may have cancelled it since
+            says_why = self._client.capabilities.failure_text
+            # A person may have cancelled it since.
+            why = why_aborted(self._ledger.get(row.id) or row, item, says_why=says_why)
             row = found[-1].after if found else row
             found.append(transitions.end(Event.ABORT, row, why, duration_s=duration))
         return found
 
 
-def why_aborted(row: Execution, item: QueueItem) -> Reason:
+def why_aborted(row: Execution, item: QueueItem, *, says_why: bool = True) -> Reason:
     """Cancelled by a person, or failed with the robot's message, or with its final state if that is unknown. Without
     its own message, a robot returns the text that was sent."""
     words = "" if item.message == as_stored(row.label) else item.message
@@ -171,4 +173,4 @@ def why_aborted(row: Execution, item: QueueItem) -> Reason:
         words = f"{item.state_text}: {words}" if words else item.state_text
     elif words.lower().startswith(USER_REQUEST):
         return Reason(ReasonCode.USER_CANCELLED)
-    return Reason(ReasonCode.ROBOT_ABORTED, {"message": words})
+    return Reason(ReasonCode.ROBOT_ABORTED, {"message": words} if words or says_why else {"fleet": True})

@@ -300,12 +300,14 @@ class RobotWorker:
         self._sending.send_due()
         if full:
             self.seen.highest = self._client.highest_queue_id() or 0
+            if self.robot.fleet is not None and self.robot.idle is not None:
+                self.seen.newest = self._newest()
             self._sending.send_due()
         longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
         if self.seen.was_lost:
             self._idle.not_seen()
             self.seen.was_lost = False
-        self._idle.saw(is_idle(status, bool(items)), self.seen.highest, self._clock.monotonic(), longest_gap)
+        self._idle.saw(is_idle(status, bool(items)), self.seen.last_use, self._clock.monotonic(), longest_gap)
         self._s.snapshots.update(self.robot.id, queue=items, queue_read_at=self._clock.now())
         self._duplicates.remove_duplicates(items)
         return {item.id for item in items}
@@ -326,7 +328,7 @@ class RobotWorker:
         ):
             return
         try:
-            if (copy := self._duplicates.newest_of_idle_mission(last, self.seen.highest)) is not None:
+            if (copy := self._duplicates.newest_of_idle_mission(last, self.seen.last_use)) is not None:
                 self._s.ledger.note_idle_copy(
                     self.robot.id, copy, runs=True
                 )  # found out now: the robot was not used since
@@ -343,13 +345,15 @@ class RobotWorker:
                 str(uuid.uuid4()),
                 queue_floor=self.seen.highest,
             )
-            self._s.ledger.add_idle(row, self.robot)
+            self._s.ledger.add_idle(row, self.robot, self.seen.last_use)
             self._ledger_changed = True
 
     def _queue_was_reset(self, last_queue_id: int | None) -> bool:
         """Whether the robot's numbers seem to have begun again, though its last idle mission still exists or can't be
         read: a list that ends too early gives too low a number."""
         if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:
+            return False
+        if self.robot.fleet is not None:  # whose list does not have to end with this robot's newest
             return False
         try:
             self._client.queue_item(last_queue_id)
@@ -376,19 +380,31 @@ class RobotWorker:
         """An idle mission is checked again before it is sent: nothing else may have run. Raises RobotError."""
         self.seen.highest = self._client.highest_queue_id() or 0
         is_wanted = self._s.ledger.wanted(row).why is None
-        return is_wanted and self.seen.highest == row.queue_floor and self._idle_mission_is_due(None, math.inf)
+        is_unused = self.seen.highest == row.queue_floor
+        if self.robot.fleet is not None:
+            self.seen.newest = self._newest()
+            is_unused = self.seen.newest == self._s.robots.idle_queue_id(self._s.db.read(), self.robot.id)
+        return is_wanted and is_unused and self._idle_mission_is_due(None, math.inf)
+
+    def _newest(self) -> int:
+        """The newest order of a fleet's robot. While it is not known, the robot counts as not used since its last idle
+        mission."""
+        db = self._s.db.read()
+        last = self._s.robots.last_accepted(db, self.robot.id)
+        newest = self._client.newest_id(last.token if last else "")
+        return newest if newest is not None else self._s.robots.idle_queue_id(db, self.robot.id) or 0
 
     def _idle_mission_is_due(self, last_queue_id: int | None, idle_seconds: float) -> bool:
         """``last_queue_id``: of the last idle mission; ids above it have ended its idle period."""
-        status, highest = self._s.snapshots.get(self.robot.id).status, self.seen.highest
-        if status is None or highest is None or self._s.holds.active(self.robot.id):
+        status, last_use = self._s.snapshots.get(self.robot.id).status, self.seen.last_use
+        if status is None or last_use is None or self._s.holds.active(self.robot.id):
             return False
         db, rule = self._s.db.read(), self.robot.idle
         mission = self._s.missions.get(db, rule.mission_id) if rule is not None else None
         situation = IdleSituation(
             idle_seconds,
             status,
-            highest,
+            last_use,
             last_queue_id,
             self._s.schedules.next_to_run(db, self.robot.id),
             rules.minimum_battery(None, mission, self._s.settings()),
