@@ -78,13 +78,13 @@ def plan_home(app, site, ui) -> None:
     ui.advance(0.5)
     for hour_or_minute in ("06", "30"):
         ui.tap(ui.find(TimeCell, text=hour_or_minute))
-    ui.tap(ui.find(CommandButton, text="Set 06:30"))
     ui.advance(FOOT_RESTS)
     ui.wait(lambda: not ui.find(CommandButton, text="Save").disabled)
     ui.advance(0.5)
     ui.tap(ui.find(CommandButton, text="Save"))
     ui.wait(lambda: site.repositories.schedules.all(site.db.read()))
-    ui.advance(1)  # the form has closed
+    ui.wait(lambda: app.shell.sheets.top is None)
+    ui.advance(FOOT_RESTS)
 
 
 def let_it_begin(site) -> None:
