@@ -1,5 +1,4 @@
-"""A start for any robot of a fleet says which robot the fleet chose for it. The fleet's client is a robot's here, whose
-items name the robot once they run."""
+"""A start for any robot of a fleet says which robot the fleet chose for it."""
 
 from __future__ import annotations
 
@@ -10,34 +9,23 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, Group, Robot, Schedule, State
-from app.mir.client import RobotClient
+from app.domain.models import ANY_VEHICLE, Group, Robot, Schedule, State
+from app.mir.classic_vehicle import ClassicVehicle
 from app.services.files.history_export import write_history
-from tests.support.site import PASSWORD, USER, Site
+from tests.support.site import Site
 
 
 @pytest.fixture
-def site(tmp_path, monkeypatch):
-    site, ask = Site(tmp_path, robots=1), RobotClient.queue_item
-    site.chosen = ["Bella", "Cara"]  # at each question, the last for ever
-
-    def item(self, queue_id, token=""):
-        found = ask(self, queue_id, token)
-        name = site.chosen.pop(0) if len(site.chosen) > 1 else site.chosen[0]
-        return found if found.is_pending else replace(found, vehicle="7", vehicle_name=name)
-
-    monkeypatch.setattr(RobotClient, "queue_item", item)
-    site.fleet = site.container.catalogue.save_fleet(
-        Fleet("Hall", "http://r1", username=USER, profile=RobotProfile(None, None)), password=PASSWORD
-    )
+def site(tmp_path):
+    site = Site(tmp_path, target="classic")
+    site.hall = site.add_fleet()
     site.add_mission()
     yield site
     site.switch_off()
 
 
 def add(site, vehicle):
-    return site.container.catalogue.save_robot(Robot("Any of Hall", "", fleet=site.fleet, vehicle=vehicle))
+    return site.container.catalogue.save_robot(Robot("Any of Hall", "", fleet=site.hall, vehicle=vehicle))
 
 
 def run_one(site, vehicle):
@@ -48,22 +36,29 @@ def run_one(site, vehicle):
     return site.executions()[0]
 
 
-def test_the_robot_that_has_it_is_written_once(site):
+def test_the_robot_that_has_it_is_written_once(site, monkeypatch):
+    ask, names = ClassicVehicle.queue_item, iter(["R1"])
+
+    def with_other_names(self, queue_id, token=""):
+        item = ask(self, queue_id, token)
+        return replace(item, vehicle_name=next(names, "R2")) if item.vehicle else item
+
+    monkeypatch.setattr(ClassicVehicle, "queue_item", with_other_names)
     row = run_one(site, ANY_VEHICLE)
-    assert (row.taken_by, row.ran_on) == ("Bella", "Any of Hall (Bella)")
+    assert (row.taken_by, row.ran_on) == ("R1", "Any of Hall (R1)")
     file = io.StringIO(newline="")
     write_history(site.container.db.read(), file)
     (cells,) = csv.DictReader(io.StringIO(file.getvalue()))
-    assert (cells["robot"], cells["taken_by"]) == ("Any of Hall", "Bella")
+    assert (cells["robot"], cells["taken_by"]) == ("Any of Hall", "R1")
 
 
 def test_a_robot_that_was_named_needs_no_other_name(site):
-    row = run_one(site, "7")
+    row = run_one(site, site._vehicle_ids["R1"])
     assert (row.taken_by, row.ran_on) == ("", "Any of Hall")
 
 
-@pytest.mark.parametrize("vehicle", [ANY_VEHICLE, "7"])
-@pytest.mark.parametrize("of_group", [False, True])
+@pytest.mark.parametrize("vehicle", [ANY_VEHICLE, "1"])
+@pytest.mark.parametrize("of_group", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_the_fleet_looks_after_the_batteries_of_those_it_chooses(site, vehicle, of_group):
     robot, save = add(site, vehicle), site.container.catalogue
     site.machines["R1"].set_battery(20.0)
@@ -71,6 +66,6 @@ def test_the_fleet_looks_after_the_batteries_of_those_it_chooses(site, vehicle, 
     start = (site.clock.now() + timedelta(minutes=1)).replace(tzinfo=None, second=0, microsecond=0)
     plan = Schedule("S", None, 1, start, "UTC", minimum_battery_percent=50.0, respect_working_days=False)
     save.save_schedule(replace(plan, **target))
-    site.run(180)
+    site.run(90)
     (row,) = site.executions()
     assert (row.state is not State.WAITING) is (vehicle == ANY_VEHICLE)

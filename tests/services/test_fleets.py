@@ -1,4 +1,4 @@
-"""A fleet that was not checked up gets nothing by itself: what it does with orders is not known."""
+"""Robots of a fleet: nothing is sent by itself before it was checked up, and a change of the fleet reaches them."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from tests.support.site import PASSWORD, USER, Site
 
 @pytest.fixture
 def site(tmp_path):
-    site = Site(tmp_path, robots=1)
+    site = Site(tmp_path, target="classic")
     site.catalogue = site.container.catalogue
-    site.fleet = site.catalogue.save_fleet(Fleet("Hall", "http://r1", username=USER), password=PASSWORD)
-    site.robot = site.catalogue.save_robot(Robot("Bella", "", fleet=site.fleet, vehicle="7"))
+    site.hall = site.catalogue.save_fleet(Fleet("Hall", "http://fleet", username=USER), password=PASSWORD)
+    site.robot = site.catalogue.save_robot(Robot("Bella", "", fleet=site.hall, vehicle=site._vehicle_ids["R1"]))
     site.mission = site.add_mission()
     yield site
     site.switch_off()
 
 
 def schedule(site, **target):
-    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
+    start = (site.clock.now() + timedelta(minutes=1)).replace(tzinfo=None, second=0, microsecond=0)
     target = target or {"robot_id": site.robot.id}
-    new = Schedule("S", None, site.mission.id, start, "UTC", start_window_minutes=10, respect_working_days=False)
+    new = Schedule("S", None, site.mission.id, start, "UTC", start_window_minutes=3, respect_working_days=False)
     return site.catalogue.save_schedule(replace(new, **target))
 
 
@@ -48,7 +48,7 @@ def the_row(site):
 
 def test_a_start_waits_for_the_check_up_and_says_so(site):
     schedule(site)
-    site.run(200)
+    site.run(90)
     row = the_row(site)
     assert (row.state, row.wait) == (State.WAITING, Wait.CHECK_UP)
     assert waiting_sentence(row, "UTC").startswith("The fleet Hall has to be checked up first, waits until")
@@ -59,7 +59,7 @@ def test_a_start_waits_for_the_check_up_and_says_so(site):
 
 def test_one_that_waited_too_long_says_why(site):
     schedule(site)
-    site.run(900)
+    site.run(250)
     row = the_row(site)
     assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.WINDOW_CLOSED)
     assert sentence(row.reason, "UTC").endswith("the fleet Hall was not checked up")
@@ -69,7 +69,7 @@ def test_one_that_waited_too_long_says_why(site):
 def test_a_group_chooses_none_of_its_robots(site):
     group = site.catalogue.save_group(Group("G", (site.robot.id,)))
     schedule(site, group_id=group.id)
-    site.run(300)
+    site.run(70)
     assert the_row(site).wait is Wait.ROBOT
     check_up(site)
     site.run_until(lambda: the_row(site).state is State.COMPLETED)
@@ -78,7 +78,7 @@ def test_a_group_chooses_none_of_its_robots(site):
 def test_nothing_starts_while_it_is_idle(site):
     site.run(10)
     site.catalogue.change_idle_rule(site.robot.id, mission_id=site.mission.id, after_minutes=5)
-    site.run(1200)
+    site.run(400)
     assert site.executions() == []
 
 
@@ -86,3 +86,14 @@ def test_a_person_may_start_one_now(site):
     site.run(10)
     site.container.operator.run_now(site.robot.id, site.mission.id)
     site.run_until(lambda: the_row(site).state is State.COMPLETED)
+
+
+def test_its_robots_are_asked_as_it_is_entered_now(site):
+    site.run(10)
+    moved = replace(site.hall, address="http://other", username="admin")
+    token = site.catalogue.change(site.hall, moved, password="admin").token
+    site.run(10)
+    (robot,) = site.engine._robots()
+    worker = site._workers[robot.id]
+    assert (worker.robot, worker._client.address.netloc) == (robot, "other")
+    assert (robot.token, robot.address) == (token, "http://other")
