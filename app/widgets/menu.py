@@ -2,7 +2,7 @@
 
 from kivy.core.window import Window
 from kivy.metrics import dp
-from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 from kivymd.uix.behaviors import MotionDialogBehavior
 from kivymd.uix.dialog import MDDialog
@@ -39,7 +39,8 @@ class MenuRow(Row, TonedTap):
 class Menu(MDDialog, Still):
     """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge
     on: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``,
-    and ``text`` under it, it is a card about the ``anchor``; of several ``cards`` (with ``title``, ``text``, ``items``)
+    and ``text`` under it, it is a card about the ``anchor``, with a ``tip`` (px of the window) that points at it from below
+    or above, 0 where the card covers it; of several ``cards`` (with ``title``, ``text``, ``items``)
     it shows the one ``at`` that place, and arrows that lead to the others. It lies on whole pixels: text and lines would be blurred
     elsewhere."""
 
@@ -49,6 +50,8 @@ class Menu(MDDialog, Still):
     text = StringProperty()
     items = ListProperty()
     anchor = ObjectProperty(None)
+    tip = NumericProperty(0)
+    is_below = BooleanProperty(False)
 
     __events__ = ("on_choose",)
 
@@ -101,6 +104,14 @@ class Menu(MDDialog, Still):
         if self._is_open:
             x, y = self._corner()
             self.pos = round(x), round(y)
+            self._point()
+
+    def _point(self):
+        x, y = self.anchor.to_window(self.anchor.x, self.anchor.y)
+        self.is_below, aside = self.top <= y, dp(24)  # clear of the round corners
+        is_beside = self.is_below or self.y >= y + self.anchor.height
+        middle = min(max(x + self.anchor.width / 2, self.x + aside), self.right - aside)
+        self.tip = round(middle) if self.title and is_beside else 0
 
     def _corner(self):
         edge = dp(8)

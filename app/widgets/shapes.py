@@ -101,6 +101,29 @@ def bordered_patch(radius: tuple[int, int, int, int], ring: int, fill: Colour, l
 
 
 @lru_cache(maxsize=8)
+def corner_masks(radius: int, ring: int, outside: Colour, line: Colour) -> tuple[Texture, Texture]:
+    """Textures ``radius + 1`` px high that lie over the upper and the lower corners of a rounded rectangle: ``outside`` covers what sticks
+    out, and ``line`` is the colour of the border."""
+    corners = corners_of((radius,) * 4, ring)
+    whole = corners.texture(lambda whole, border: over((*line[:3], line[3] * border), (*outside[:3], 1 - whole)))
+    side, edge = whole.width, corners.edge
+    return whole.get_region(0, side - edge, side, edge), whole.get_region(0, 0, side, edge)
+
+
+@lru_cache(maxsize=8)
+def pointer(side: int, ring: int, fill: Colour, line: Colour) -> Texture:
+    """The tip of a card, ``side`` px high and twice as wide, that points upwards: in ``fill``, with slopes ``ring`` px wide in ``line``."""
+
+    def colour(x: float, y: float) -> Colour:
+        inwards = (side - y - abs(side - x)) * 0.7071
+        whole, inside = (min(1.0, max(0.0, part + 0.5)) for part in (inwards, inwards - ring))
+        return over((*line[:3], line[3] * (whole - inside)), (*fill[:3], fill[3] * whole))
+
+    places = ((x + 0.5, y + 0.5) for y in range(side) for x in range(2 * side))
+    return texture_of(2 * side, side, b"".join(pixel(colour(*place)) for place in places))
+
+
+@lru_cache(maxsize=8)
 def hatch_texture(period: int, width: float) -> Texture:
     """Diagonal lines ``width`` px thick, repeating every ``period`` px."""
 

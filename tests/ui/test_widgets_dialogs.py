@@ -116,6 +116,22 @@ def test_a_card_at_the_left_of_the_page_leaves_the_rail_free(ui, dialogs):
     ui.advance()
 
 
+@pytest.mark.parametrize(("y", "is_below"), [(700, True), (40, False)])
+def test_a_card_points_at_what_it_is_about(ui, dialogs, y, is_below):
+    bar = ui.show(CommandButton(text="06:30"), (80, 48))
+    bar.pos = 300, y
+    ui.advance()
+    card = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
+    ui.advance()
+    assert (card.tip, card.is_below) == (bar.center_x, is_below)
+    card.dismiss()
+    menu = dialogs.menu(bar, "", [MenuItem("edit", "Edit")], lambda key: None)
+    ui.advance()
+    assert menu.tip == 0
+    menu.dismiss()
+    ui.advance()
+
+
 def test_a_menu_hands_over_its_key(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []
