@@ -14,6 +14,7 @@ from app.screens.settings.setup_view import step_items, steps
 
 class SetupModel(EventDispatcher):
     items = ListProperty()
+    calm_items = ListProperty()  # beside a sheet, which has the filled button
     said = StringProperty()
     share = NumericProperty(0)
 
@@ -24,7 +25,8 @@ class SetupPage(SettingsPage):
     def show(self) -> None:
         taken = steps(self.context.facts)
         done = sum(step.is_done for step in taken)
-        self.vm.items, self.vm.share = step_items(taken), done / len(taken)
+        self.vm.items, self.vm.calm_items = step_items(taken), step_items(taken, is_beside_sheet=True)
+        self.vm.share = done / len(taken)
         self.vm.said = _("{done} of {all} done").format(done=done, all=len(taken))
 
     def act(self, key: str, action: str, *_values: Any) -> None:

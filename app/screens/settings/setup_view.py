@@ -117,9 +117,9 @@ def setup_phrase(taken: list[Step]) -> str:
     return "" if done == len(taken) else _("{done} of {all}").format(done=done, all=len(taken))
 
 
-def step_items(taken: list[Step]) -> list[Item]:
-    """The button of the first one that is not done is the filled one."""
-    first = next((step.key for step in taken if not step.is_done), "")
+def step_items(taken: list[Step], *, is_beside_sheet: bool = False) -> list[Item]:
+    """The button of the first one that is not done is the filled one, unless a sheet has one."""
+    first = "" if is_beside_sheet else next((step.key for step in taken if not step.is_done), "")
     return [_item(step, is_first=step.key == first) for step in taken]
 
 

@@ -47,6 +47,8 @@ def test_a_new_tablet_begins_with_its_robots():
     assert setup_phrase(taken) == "0 of 7"
     buttons = [item.actions[-1] for item in step_items(taken)]
     assert [button.style for button in buttons if button.text] == ["filled", *["outlined"] * 5]
+    beside_sheet = [item.actions[-1].style for item in step_items(taken, is_beside_sheet=True)]
+    assert "filled" not in beside_sheet
     assert [button.icon for button in buttons if not button.text] == ["chevron-right"]  # no robot yet to check up
 
 
