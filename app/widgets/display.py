@@ -26,6 +26,10 @@ class Disc(TonedSurface):
     loud = BooleanProperty(False)
 
 
+class RowsCard(SectionCard):
+    """With rows up to its edges, which don't stick out of its round corners."""
+
+
 class EmptyState(BoxLayout):
     """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button. Without
     enough room it scrolls."""

@@ -46,6 +46,11 @@ class CalmScroll(ScrollView):
             if isinstance(widget, Rows):
                 widget.standing.look(_top(self) + _top(widget) - _top(self._viewport))
 
+    def update_from_scroll(self, *args):
+        """On whole pixels: in between, every line on the page would be blurred."""
+        super().update_from_scroll(*args)
+        self.g_translate.xy = tuple(map(round, self.g_translate.xy))
+
     def _bind_inactive_bar_color(self, *_):
         """kivy's bar would fade, unseen and for 30 frames, after each scrolling: this page has none."""
 

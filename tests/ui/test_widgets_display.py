@@ -6,13 +6,18 @@ import os
 
 import pytest
 from kivy.metrics import Metrics
+from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
 from app.screens.common.options import Option
 from app.screens.common.overlays import Dialogs
+from app.widgets import shapes
 from app.widgets.display import Disc, EmptyState
+from app.widgets.fields import Field
+from app.widgets.scrolling import ScrollPage
+from app.widgets.shapes import texture_of
 from app.widgets.surfaces import Tap
 from app.widgets.text import Ico, Txt
 from app.widgets.tokens import COLOURS, TONES, apply_theme, tk
@@ -74,6 +79,32 @@ def test_texts_follow_the_font_scale(ui):
 
 
 # ---------------------------------------------------------------------- cards
+def test_nothing_sticks_out_of_the_round_corners_of_a_card_with_rows(monkeypatch):
+    """The mask covers what lies outside of them, and shows the border and what is inside."""
+    drawn: list[tuple[int, bytes]] = []
+
+    def noted(width: int, height: int, data: bytes):
+        drawn.append((width, data))
+        return texture_of(width, height, data)
+
+    monkeypatch.setattr(shapes, "texture_of", noted)
+    upper, lower = shapes.corner_masks.__wrapped__(12, 1, (0.5, 0.5, 0.5, 1.0), (0.0, 0.0, 0.0, 1.0))
+    [(side, data)] = drawn
+    corner, edge, middle = (tuple(data[4 * n : 4 * n + 4]) for n in (0, side // 2, side * side // 2 + side // 2))
+    assert (corner, edge, middle[3]) == ((128, 128, 128, 255), (0, 0, 0, 255), 0)
+    assert upper.height == lower.height == 13
+
+
+def test_lines_on_a_page_are_on_whole_pixels(ui):
+    page = ScrollPage()
+    page.add_widget(Field(label="Name"))
+    page.add_widget(BoxLayout(size_hint_y=None, height=2000.5))
+    ui.show(page, (400, 300))
+    page.scroll_y = 0.37
+    ui.advance()
+    assert [place % 1 for place in page.g_translate.xy] == [0, 0]
+
+
 def test_an_empty_state_leads_on(ui):
     state = ui.show(
         EmptyState(icon="robot", title="Add your first robot", text="Its address is enough.", action="Add robot")

@@ -32,7 +32,7 @@ from app.screens.settings.setup_view import setup_phrase, steps
 from app.screens.settings.view import answers, section_items, section_names
 from app.services.live.changes import Topic
 from app.widgets import load_kv
-from app.widgets.display import SectionCard
+from app.widgets.display import RowsCard
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tabs import Tab
 
@@ -168,7 +168,7 @@ class SettingsViewModel(ViewModel):
         self.dispatch("on_facts")
 
 
-class SectionList(SectionCard):
+class SectionList(RowsCard):
     """The sections; a tap opens one."""
 
     screen = ObjectProperty(None, allownone=True)
