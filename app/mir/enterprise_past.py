@@ -13,7 +13,7 @@ from app.mir import parse
 from app.mir.errors import Unreadable
 from app.mir.fleet_connection import FleetConnection
 
-MOST_REMEMBERED = 200  # orders that were sent
+MOST_REMEMBERED = 500  # orders
 
 
 class Sent(NamedTuple):
@@ -45,8 +45,12 @@ class PastOrders:
         return found
 
     def token_of(self, phase_id: str) -> str:
-        """ "" where it is not known."""
+        """Empty where it is not known."""
         return next((token for token, phase in self._ids.items() if phase == phase_id), "")
+
+    def token_with(self, number: int) -> str:
+        """The same by the app's number for the order."""
+        return next((token for token in self._ids if words.number_of(token) == number), "")
 
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
@@ -67,7 +71,14 @@ class PastOrders:
             and all(row.get(name) == event.get(name) for name in ("robot-id", "mission-id"))
         ]
         if len(running) == 1:
-            self._ids[token] = _id(running[0])
+            self.remember(token, _id(running[0]))
+
+    def remember(self, token: str, phase_id: str) -> None:
+        """The order with this token has the phase with this id."""
+        known = self._ids
+        known[token] = phase_id
+        for old in list(known)[:-MOST_REMEMBERED]:
+            del known[old]
 
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
@@ -82,7 +93,8 @@ class PastOrders:
             return None
         if sent is None or len(free) > 1:
             raise Unreadable(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
-        ((known[token], row),) = free.items()
+        ((phase_id, row),) = free.items()
+        self.remember(token, phase_id)
         return row
 
 

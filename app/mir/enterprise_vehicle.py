@@ -206,8 +206,10 @@ class EnterpriseVehicle(EnterpriseRequests):
         return found
 
     def _token_of(self, queue_id: int) -> str:
-        """Of an active order that may be another client's."""
-        return next((item.description for item in self._active_items() if item.id == queue_id), "")
+        """Of one that was asked for before, or of an active one, which may be another client's."""
+        return self._past.token_with(queue_id) or next(
+            (item.description for item in self._active_items() if item.id == queue_id), ""
+        )
 
     def _find(self, token: str) -> QueueItem | None:
         """None: the fleet does not have it."""
@@ -249,6 +251,8 @@ class EnterpriseVehicle(EnterpriseRequests):
 
     def _phase(self, token: str, phase_id: str) -> QueueItem | None:
         order = self._found(f"/order/{segment(phase_id)}")
+        if order is not None:
+            self._past.remember(token, phase_id)
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
     def open_items(self) -> list[QueueItem]:

@@ -47,7 +47,8 @@ _END_STATES = MappingProxyType(  # of robots, other than those in which they wor
         "shutting down": RobotState.SHUTTING_DOWN,
     }
 )
-_AT_WORK = ("idle", "operational")
+_IDLE = "idle"
+_AT_WORK = (_IDLE, "operational")
 _CHARGES, _STAGES = (
     ("autocharging", "charging"),
     ("autostaging", "staging"),
@@ -165,8 +166,7 @@ def vehicle(identity: parse.Object) -> Vehicle:
 def status(
     robot: parse.Object, running: Sequence[parse.Object], prompt: UserPrompt | None, date: datetime | None, took: float
 ) -> RobotStatus:
-    """``running``: events of the orders that the robot has begun, as ``robot-end-state`` doesn't tell whether one that
-    works is busy."""
+    """``running``: events of the orders that the robot has begun: some give way to others."""
     identity, runtime = (_part(robot, name) for name in ("robot-identity", "runtime-data"))
     word = clean(robot.get("robot-end-state"), 80)
     return RobotStatus(
@@ -204,7 +204,9 @@ def _state(word: str, running: Sequence[parse.Object]) -> RobotState:
     types = {clean(event.get("order-type"), 40).casefold() for event in running}
     if types - {*_CHARGES, *_STAGES}:
         return RobotState.EXECUTING
-    return RobotState.DOCKED if types & {*_CHARGES} else RobotState.READY
+    if types:
+        return RobotState.DOCKED if types & {*_CHARGES} else RobotState.READY
+    return RobotState.READY if word == _IDLE else RobotState.EXECUTING  # of something that is not the fleet's
 
 
 def _problem(value: parse.Object) -> RobotProblem:

@@ -143,13 +143,18 @@ class Duplicates:
     def newest_of_idle_mission(self, last_queue_id: int | None, highest: int | None) -> int | None:
         """The robot's newest item, if all items since its last idle mission are copies of the app's idle missions: it
         was not used otherwise. None: it was used, or unknown. Raises RobotError if it does not answer."""
-        if last_queue_id is None or highest is None or highest <= last_queue_id:
+        if last_queue_id is None or highest is None or highest == last_queue_id:
+            return None
+        do_ids_grow = self._client.capabilities.find_by is not FindBy.ID
+        if do_ids_grow and highest < last_queue_id:
             return None
         try:
             if not self._is_of_idle_mission(
                 self._client.queue_item(highest)
             ):  # usually; there may be thousands before it
                 return None
+            if not do_ids_grow:  # the newest is all that can be seen
+                return highest
             newer = self._client.items_after(last_queue_id)
         except (Refusal, Unreadable) as error:
             log.info(

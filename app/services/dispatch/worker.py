@@ -329,9 +329,7 @@ class RobotWorker:
             return
         try:
             if (copy := self._duplicates.newest_of_idle_mission(last, self.seen.last_use)) is not None:
-                self._s.ledger.note_idle_copy(
-                    self.robot.id, copy, runs=True
-                )  # found out now: the robot was not used since
+                self._s.ledger.note_last_use(self.robot.id, copy)
                 return
         except RobotError:
             return

@@ -285,6 +285,14 @@ def test_what_it_can_do_is_known_by_its_software() -> None:
     assert not older.capabilities.pause
 
 
+def test_a_mission_that_is_not_the_fleets_makes_a_robot_busy(hall: Hall) -> None:
+    robot = hall.robots[0]
+    robot.order(GUIDS["Deliver"], next(iter(robot.site.table("/users"))))
+    hall.pass_time(5.0)
+    assert hall.vehicle().status().state is RobotState.EXECUTING
+    assert hall.vehicle(1).status().state is RobotState.READY
+
+
 def test_a_busy_robot_says_so_and_why_an_order_failed(hall: Hall) -> None:
     aino, own = hall.vehicle(), token()
     number = aino.enqueue(GUIDS["Deliver"], description=own)
