@@ -224,9 +224,6 @@ class DaysSheet(EditSheet):
     def entered(self) -> DayException:
         return self._days
 
-    def write(self, entered: DayException) -> DayException:
-        return self.context.services.catalogue.save_days(entered)
-
     def remove(self) -> None:
         days, catalogue = self._days, self.context.services.catalogue
         delete(self.context, days, lambda: catalogue.remove_days(days.id), view.removed_sentence(days))

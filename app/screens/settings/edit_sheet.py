@@ -87,9 +87,9 @@ class EditSheet(SettingsSheet):
         """``stored`` with what is entered."""
         raise NotImplementedError
 
-    def write(self, entered: Any) -> Any:
-        """Save a new one, and return it as it is stored. Not on the UI thread; raises InvalidInput."""
-        raise NotImplementedError
+    def how(self) -> dict[str, Any]:
+        """It is saved: what ``Catalogue.change`` has to know beyond it."""
+        return {}
 
     def remove(self) -> None:
         """Delete was chosen."""
@@ -123,8 +123,8 @@ class EditSheet(SettingsSheet):
 
     def save(self) -> None:
         if not self.vm.saving:
-            entered, stored, catalogue = self.entered(), self.stored, self.context.services.catalogue
-            self.store(lambda: self.write(entered) if stored is None else catalogue.change(stored, entered))
+            entered, stored, how, catalogue = self.entered(), self.stored, self.how(), self.context.services.catalogue
+            self.store(lambda: catalogue.change(stored, entered, **how))
 
     def store(self, write: Callable[[], Any], kept: Any = None) -> None:
         """``kept``: what is saved at once; without it the sheet closes."""

@@ -105,9 +105,6 @@ class GroupSheet(EditSheet):
         if is_complete:
             super().store(write, kept)
 
-    def write(self, group: Group) -> Group:
-        return self.context.services.catalogue.save_group(group)
-
     def remove(self) -> None:
         context, group = self.context, self.stored
         context.run(

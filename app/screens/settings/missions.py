@@ -380,9 +380,6 @@ class MissionSheet(EditSheet):
             on_low_battery=form.low_battery,
         )
 
-    def write(self, mission: Mission) -> Mission:
-        return self.context.services.catalogue.save_mission(mission)
-
     def remove(self) -> None:
         remove(self.context, self.stored)
 

@@ -140,9 +140,6 @@ class PlaceSheet(EditSheet):
     def entered(self) -> Place:
         return self._place
 
-    def write(self, entered: Place) -> Place:
-        return self.context.services.catalogue.save_place(entered)
-
     def remove(self) -> None:
         remove(self.context, self._place)
 

@@ -134,9 +134,6 @@ class KnownRobotSheet(EditSheet):
         robot: Robot = self.stored
         return replace(robot, name=form.name.strip(), enabled=enabled, hand_over=HandOver(form.hand_over))
 
-    def write(self, robot: Robot) -> Robot:
-        return self.context.services.catalogue.save_robot(robot)
-
     def pick_groups(self) -> None:
         groups, robot_id = self.context.facts.groups, self.stored.id
         self.context.shell.dialogs.choose_many(

@@ -154,9 +154,10 @@ class RobotSheet(KnownRobotSheet):
             or form.connection == self._tested
             or (self._is_as_saved() and not form.password and not self._new_serial and not self._needs_decision())
         ):
-            self._if_it_may_be_open(self._save)
+            self._if_it_may_be_open(super().save)
         elif self._has_password():
-            self._if_it_may_be_open(lambda: self._ask(self._save))
+            then = super().save
+            self._if_it_may_be_open(lambda: self._ask(then))
 
     def _is_as_saved(self) -> bool:
         """A stored password is for what is entered."""
@@ -320,12 +321,8 @@ class RobotSheet(KnownRobotSheet):
             self._ask(then)
 
     # ------------------------------------------------------------------ save
-    def _save(self) -> None:
-        robot, stored, catalogue = self.entered(), self.stored, self.context.services.catalogue
-        how: dict[str, Any] = {"password": self.vm.password or None, "is_tested": self._has_answered()}
-        self.store(
-            lambda: catalogue.save_robot(robot, **how) if stored is None else catalogue.change(stored, robot, **how)
-        )
+    def how(self) -> dict[str, Any]:
+        return {"password": self.vm.password or None, "is_tested": self._has_answered()}
 
     def _has_answered(self) -> bool:
         """Whether the connection as it is entered was tested with success."""

@@ -128,11 +128,11 @@ class Catalogue:
         self._publish(edits[0])
         return result
 
-    def change(self, before: T, after: T, **how: Any) -> T:
+    def change(self, before: T | None, after: T, **how: Any) -> T:
         """Write what differs between the two to the fleet, robot, group, place, mission, schedule or day as it is stored now:
-        of two changes at the same time both stay. ``how`` a robot or fleet is saved: as in ``save_robot``, ``save_fleet``. Returns it as
-        it is then."""
-        if isinstance(before, Schedule) and isinstance(after, Schedule):
+        of two changes at the same time both stay. Without one ``before`` it is added. ``how`` a robot or fleet is saved: as in
+        ``save_robot``, ``save_fleet``. Returns it as it is then."""
+        if isinstance(after, Schedule) and (before is None or isinstance(before, Schedule)):
             self._check_parameters(after, before)
         return self.edit(lambda edit: undo.change(edit, before, after, **how))
 

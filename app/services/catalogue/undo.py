@@ -103,10 +103,14 @@ _TOGETHER: Mapping[type, Sequence[Sequence[str]]] = MappingProxyType(
 )
 
 
-def change(edit: Edit, before: T, after: T, *, must_be_unchanged: bool = False, **how: Any) -> T:
-    """Write what differs between the two to what is stored now, and with it what belongs together with that. ``must_be_unchanged``: raises
-    InvalidInput if something of that is another now than in ``before``. ``how`` a robot is saved: as in ``robot_edit.save``."""
-    read, save = _READ_AND_SAVE[type(before)]
+def change(edit: Edit, before: T | None, after: T, *, must_be_unchanged: bool = False, **how: Any) -> T:
+    """Write what differs between the two to what is stored now, and with it what belongs together with that; without one ``before`` it is
+    added. ``must_be_unchanged``: raises InvalidInput if something of that is another now than in ``before``. ``how`` a robot is saved: as
+    in ``robot_edit.save``."""
+    read, save = _READ_AND_SAVE[type(after)]
+    if before is None:
+        added: T = save(edit, after, **how)
+        return added
     stored = read(edit, vars(before)["id"])
     differing = {name for name, value in vars(after).items() if value != getattr(before, name)}
     differing = differing.union(*(each for each in _TOGETHER.get(type(before), ()) if differing & set(each)))
