@@ -49,7 +49,7 @@ def during_the_wait(act):
     """Once, as a request of a start waits because the robot has to rest."""
 
     def arrange(s):
-        [pace] = s._paces.values()
+        pace = s._paces["R1"]
         pause = pace._pause
 
         def paused(seconds):
