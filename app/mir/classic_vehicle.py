@@ -155,7 +155,7 @@ class ClassicVehicle(StoredData):
         if listed is not None and "fleet_state" in listed and "status" in listed:
             return listed, fleet
         try:
-            alone = self._connection.shared(f"robot {self.vehicle}", lambda: self._alone(self.vehicle), within)
+            alone = self._connection.shared(self, f"robot {self.vehicle}", lambda: self._alone(self.vehicle), within)
         except Rejected as error:
             if error.status not in (404, 410):
                 raise
@@ -166,7 +166,7 @@ class ClassicVehicle(StoredData):
         return self._get(f"/robots/{number}", lambda found: parse.object_(found, message("the robot")))
 
     def _fleet(self, within: float) -> Fleet:
-        return self._connection.shared("robots", self._all_robots, within)
+        return self._connection.shared(self, "robots", self._all_robots, within)
 
     def _all_robots(self) -> Fleet:
         began = self._clock()
@@ -178,7 +178,7 @@ class ClassicVehicle(StoredData):
 
     def _mode(self) -> str:
         """The fleet's own state, if it gives no orders to robots in it; else ""."""
-        return self._connection.shared("mode", self._ask_mode)
+        return self._connection.shared(self, "mode", self._ask_mode)
 
     def _ask_mode(self) -> str:
         try:
@@ -207,7 +207,7 @@ class ClassicVehicle(StoredData):
         return FleetIdentity(self._name_of_fleet(), None, tuple(vehicles))
 
     def _name_of_fleet(self) -> str | None:
-        self._user, self._user_name = self._connection.shared("user", self._ask_user, USER_KNOWN_FOR)
+        self._user, self._user_name = self._connection.shared(self, "user", self._ask_user, USER_KNOWN_FOR)
         return None if not self._user or self._user.startswith(BUILT_IN) else self._user
 
     def _ask_user(self) -> tuple[str, str]:
@@ -273,7 +273,7 @@ class ClassicVehicle(StoredData):
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for by number."""
-        found = self._connection.shared("open", self._queue.open_items)
+        found = self._connection.shared(self, "open", self._queue.open_items)
         return [item for item in found if item.vehicle == self.vehicle or (self._is_any and self._is_for_any(item))]
 
     def _is_for_any(self, item: QueueItem) -> bool:
@@ -291,7 +291,7 @@ class ClassicVehicle(StoredData):
 
     def highest_queue_id(self) -> int | None:
         """Of all orders of the fleet. One of a moment ago is lower, and safe to search from."""
-        return self._connection.shared("highest", self._queue.highest_id)
+        return self._connection.shared(self, "highest", self._queue.highest_id)
 
     def newest_id(self, token: str = "") -> int | None:
         """Where the fleet has no search, of the newest orders of all its robots."""
@@ -301,7 +301,7 @@ class ClassicVehicle(StoredData):
         except Refusal as error:
             if error.status not in UNSUPPORTED:
                 raise
-            found = self._connection.shared("newest", lambda: self._entries("GET", ORDERS, NEWEST, None))
+            found = self._connection.shared(self, "newest", lambda: self._entries("GET", ORDERS, NEWEST, None))
         return max((parse.queue_id(entry) for entry in found if entry["vehicle"] == self.vehicle), default=None)
 
     def cancel(self, queue_id: int, token: str = "") -> None:

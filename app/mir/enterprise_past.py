@@ -4,14 +4,14 @@ if the app has seen what there was before it, and no other could be meant."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from app.domain.message import message
 from app.domain.robot import QueueState
 from app.mir import enterprise_vocabulary as words
 from app.mir import parse
 from app.mir.errors import Unreadable
-from app.mir.fleet_connection import FleetConnection
+from app.mir.fleet_connection import FRESH
 
 MOST_REMEMBERED = 500  # orders
 
@@ -25,32 +25,33 @@ class Sent(NamedTuple):
 
 
 class PastOrders:
-    """``ask`` lists the orders that run, or have ended within the hour."""
+    """``notes``: of the connection, which its clients share. ``ask`` lists the orders that run, or have ended within the
+    hour, as they were at most so many seconds ago."""
 
-    def __init__(self, connection: FleetConnection, ask: Callable[[], list[parse.Object]]) -> None:
-        self._connection, self._ask = connection, ask
+    def __init__(self, notes: dict[Any, Any], ask: Callable[[float], list[parse.Object]]) -> None:
+        self._notes, self._ask = notes, ask
 
-    def rows(self, within: float = 1.0) -> Sequence[parse.Object]:
-        return self._connection.shared("orders", self._ask, within)
+    def rows(self, within: float = FRESH) -> Sequence[parse.Object]:
+        return self._ask(within)
 
     @property
     def _ids(self) -> dict[str, str]:
         """Ids of phases by the tokens of the orders that are known to have them."""
-        found: dict[str, str] = self._connection.notes.setdefault("ids of phases", {})
+        found: dict[str, str] = self._notes.setdefault("ids of phases", {})
         return found
 
     @property
     def _sent(self) -> dict[str, Sent]:
-        found: dict[str, Sent] = self._connection.notes.setdefault("sent", {})
+        found: dict[str, Sent] = self._notes.setdefault("sent", {})
         return found
 
     def token_of(self, phase_id: str) -> str:
         """Empty where it is not known."""
-        return next((token for token, phase in self._ids.items() if phase == phase_id), "")
+        return next((token for token, phase in list(self._ids.items()) if phase == phase_id), "")
 
     def token_with(self, number: int) -> str:
         """The same by the app's number for the order."""
-        return next((token for token in self._ids if words.number_of(token) == number), "")
+        return next((token for token in list(self._ids) if words.number_of(token) == number), "")
 
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
@@ -58,7 +59,7 @@ class PastOrders:
         sent = self._sent
         sent.setdefault(token, Sent(mission, vehicle, before))
         for old in list(sent)[:-MOST_REMEMBERED]:
-            del sent[old]
+            sent.pop(old, None)
 
     def saw(self, token: str, event: parse.Object) -> None:
         """It is active. Once it runs, it is the order that its robot runs."""
@@ -78,7 +79,7 @@ class PastOrders:
         known = self._ids
         known[token] = phase_id
         for old in list(known)[:-MOST_REMEMBERED]:
-            del known[old]
+            known.pop(old, None)
 
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
@@ -87,7 +88,7 @@ class PastOrders:
         if token in known:
             return rows.get(known[token])
         sent = self._sent.get(token)
-        others = {phase for of, phase in known.items() if of != token}
+        others = {phase for of, phase in list(known.items()) if of != token}
         free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle)}
         if not free:
             return None

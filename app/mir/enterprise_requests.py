@@ -68,7 +68,7 @@ class EnterpriseRequests(RestRequests):
     # ------------------------------------------------------------------ who it is
     def _version(self, within: float = KNOWN_FOR) -> Version:
         """Raises AnotherFleet, or OldFleet where the software is too old."""
-        found = self._connection.shared("version", self._ask_version, within)
+        found = self._connection.shared(self, "version", self._ask_version, within)
         if found.number < LEAST:
             least = ".".join(map(str, LEAST))
             raise OldFleet(address=self.address.netloc, version=found.text or "?", least=least)
@@ -138,7 +138,7 @@ class EnterpriseRequests(RestRequests):
     # ------------------------------------------------------------------ what is the same for all of its robots
     def _active(self) -> list[parse.Object]:
         """Events of the orders that are scheduled or run, one of each."""
-        return self._connection.shared("active", self._ask_active)
+        return self._connection.shared(self, "active", self._ask_active)
 
     def _ask_active(self) -> list[parse.Object]:
         name = "serial-order-status-events"
@@ -159,6 +159,7 @@ class EnterpriseRequests(RestRequests):
 
     def _prompts(self) -> list[parse.Object]:
         return self._connection.shared(
+            self,
             "prompts",
             lambda: self._get("/user-prompt-snapshot", lambda found: words.wrapped(found, "user-prompt-events")),
         )

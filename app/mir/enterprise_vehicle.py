@@ -54,7 +54,9 @@ class EnterpriseVehicle(EnterpriseRequests):
         self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
         self._is_any = vehicle == ANY_VEHICLE
         self._followed: set[str] = set()  # tokens of orders that were asked for, for ANY_VEHICLE
-        self._past = PastOrders(connection, self._ask_past)
+        self._past = PastOrders(
+            connection.notes, lambda within: connection.shared(self, "orders", self._ask_past, within)
+        )
 
     @property
     def capabilities(self) -> Capabilities:
@@ -79,7 +81,7 @@ class EnterpriseVehicle(EnterpriseRequests):
             began = self._clock()
             self._active()
             return RobotStatus(state=RobotState.READY, elapsed_s=self._clock() - began)
-        robot, date, took = self._connection.shared(f"robot {self.vehicle}", self._ask_robot, within)
+        robot, date, took = self._connection.shared(self, f"robot {self.vehicle}", self._ask_robot, within)
         identity = robot.get("robot-identity")
         found = words.vehicle(identity if isinstance(identity, dict) else {}).serial_number
         if self.serial_number and found and found != self.serial_number:

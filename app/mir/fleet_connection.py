@@ -7,7 +7,7 @@ import threading
 import time
 from collections import defaultdict
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from app.mir.errors import RobotError
 from app.mir.transport import Pace
@@ -17,29 +17,44 @@ FRESH = 1.0  # s for which an answer about all robots serves every one of them
 T = TypeVar("T")
 
 
+def since_boot() -> float:
+    """Seconds, those included in which the tablet sleeps: what was answered before is old then."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.monotonic()
+
+
+class Pausing(Protocol):
+    """A client; ``on_pause`` is called between the requests of a long read."""
+
+    on_pause: Callable[[], None]
+
+
 class FleetConnection:
     """Used by many threads. ``clock``: monotonic, in seconds."""
 
-    def __init__(self, clock: Callable[[], float] = time.monotonic, pace: Pace | None = None) -> None:
+    def __init__(self, clock: Callable[[], float] = since_boot, pace: Pace | None = None) -> None:
         self.clock, self.pace = clock, pace or Pace(clock)
         self.notes: dict[Any, Any] = {}  # what clients remember for each other, each under a key of its own
         self._answers: dict[str, tuple[float, Any]] = {}  # by question: when it was asked, and the value or error
         self._locks: dict[str, threading.Lock] = defaultdict(threading.Lock)
         self._lock = threading.Lock()
 
-    def shared(self, question: str, ask: Callable[[], T], within: float = FRESH) -> T:
+    def shared(self, client: Pausing, question: str, ask: Callable[[], T], within: float = FRESH) -> T:
         """An answer that is at most ``within`` seconds old, or else that of ``ask``. A thread that comes while another
-        one asks waits, and gets the same answer. Raises the RobotError of ``ask``."""
+        one asks waits, and gets the same answer. Raises the RobotError of ``ask``, in which ``client`` does not pause:
+        what it did then might need the same answer."""
         with self._lock:
             lock = self._locks[question]
         with lock:
             asked_at, answer = self._answers.get(question, (-1e9, None))
             if self.clock() - asked_at > within:
-                began = self.clock()
+                began, on_pause = self.clock(), client.on_pause
+                client.on_pause = lambda: None
                 try:
                     answer = ask()
                 except RobotError as error:
                     answer = error
+                finally:
+                    client.on_pause = on_pause
                 ended = self.clock() if isinstance(answer, RobotError) else began  # a failure may have taken longer
                 self._answers[question] = (ended, answer)
         if isinstance(answer, RobotError):

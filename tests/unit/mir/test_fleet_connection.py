@@ -1,0 +1,88 @@
+"""One answer serves all of a fleet's robots."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from app.mir.errors import TimedOut
+from app.mir.fleet_connection import FRESH, FleetConnection
+
+
+class Asking:
+    """A client and its questions; each takes ``seconds``."""
+
+    def __init__(self) -> None:
+        self.now, self.asked, self.pauses, self.seconds = 0.0, 0, 0, 0.0
+        self.connection = FleetConnection(clock=lambda: self.now)
+        self.problem: TimedOut | None = None
+
+    def on_pause(self) -> None:
+        self.pauses += 1
+
+    def ask(self) -> int:
+        self.asked += 1
+        self.on_pause()
+        self.now += self.seconds
+        if self.problem is not None:
+            raise self.problem
+        return self.asked
+
+    def get(self) -> int:
+        return self.connection.shared(self, "robots", self.ask)
+
+
+@pytest.fixture
+def asking() -> Asking:
+    return Asking()
+
+
+def test_an_answer_serves_for_a_second(asking: Asking) -> None:
+    assert [asking.get(), asking.get()] == [1, 1]
+    asking.now += FRESH + 0.1
+    assert asking.get() == 2
+    asking.connection.forget("robots")
+    assert asking.get() == 3
+
+
+def test_an_error_serves_those_that_have_waited_for_it(asking: Asking) -> None:
+    asking.problem, asking.seconds = TimedOut(seconds=5), 5.0
+    for _ in range(2):
+        with pytest.raises(TimedOut):
+            asking.get()
+    assert asking.asked == 1
+
+
+def test_nothing_else_is_done_while_others_may_wait_for_the_answer(asking: Asking) -> None:
+    """What a worker does in a pause may need the same answer."""
+    asking.get()
+    assert asking.pauses == 0
+    asking.on_pause()
+    assert asking.pauses == 1
+
+
+def test_who_comes_while_it_is_asked_gets_the_same(asking: Asking) -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    found: list[int] = []
+
+    def slowly() -> int:
+        begun.set()
+        assert go_on.wait(10)
+        return 7
+
+    def first() -> None:
+        found.append(asking.connection.shared(asking, "robots", slowly))
+
+    def second() -> None:
+        found.append(asking.get())
+
+    threads = [threading.Thread(target=each) for each in (first, second)]
+    threads[0].start()
+    assert begun.wait(10)
+    threads[1].start()
+    go_on.set()
+    for thread in threads:
+        thread.join(10)
+    assert found == [7, 7]
+    assert asking.asked == 0
