@@ -420,10 +420,13 @@ class ExecutionRepository:
         return [to_instant(row[0]) for row in rows]
 
     def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int) -> bool:
-        """Whether a queue item of a robot belongs to a row. Asked only for robots that forget descriptions, about items
-        newer than a request of unknown outcome; their rows are kept that long."""
+        """Whether a queue item of a robot, or an order of its fleet, belongs to a row. Asked only for those that forget
+        descriptions, about items newer than a request of unknown outcome; their rows are kept that long."""
         found = c.execute(
-            "SELECT 1 FROM executions WHERE robot_id = ? AND queue_id = ? LIMIT 1", (robot_id, queue_id)
+            """SELECT 1 FROM executions WHERE queue_id = ?2 AND (robot_id = ?1 OR robot_id IN
+                   (SELECT others.id FROM current_robots AS others JOIN current_robots AS own USING (fleet_id) WHERE own.id = ?1))
+               LIMIT 1""",
+            (robot_id, queue_id),
         ).fetchone()
         return found is not None
 

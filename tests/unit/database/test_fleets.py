@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from app.database.executions import ExecutionRepository
 from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
 from app.database.schema import _FLEETS
@@ -15,7 +16,7 @@ from app.services.catalogue.database_check import find_problem
 from tests.support.stored import brought_up_to_date
 from tests.unit.database.conftest import NOON
 
-FLEETS, ROBOTS = FleetRepository(), RobotRepository()
+FLEETS, ROBOTS, EXECUTIONS = FleetRepository(), RobotRepository(), ExecutionRepository()
 FLEET = Fleet(
     "Hall fleet",
     "https://10.0.0.9",
@@ -85,6 +86,16 @@ def test_robots_of_a_fleet_are_those_in_the_plan(db, fleet, robot):
     assert FLEETS.robot_ids(db.read(), fleet.id) == [robot.id, other.id]
     db.write(lambda c: ROBOTS.remove(c, robot.id, NOON))
     assert FLEETS.robot_ids(db.read(), fleet.id) == [other.id]
+
+
+def test_an_order_of_a_fleet_belongs_to_one_start_of_all_its_robots(db, fleet, robot, row):
+    """Their numbers are the fleet's; those of robots that are reached directly are their own."""
+    either = db.write(lambda c: ROBOTS.add(c, replace(robot, id=0, name="Any", vehicle=ANY_VEHICLE)))
+    direct = db.write(lambda c: ROBOTS.add(c, Robot("Bella", "http://10.0.0.2")))
+    db.write(lambda c: EXECUTIONS.add_once(c, row(robot_id=either.id, queue_id=5)))
+    claimed = {each.name: EXECUTIONS.is_claimed(db.read(), each.id, 5) for each in (robot, either, direct)}
+    assert claimed == {"Aino": True, "Any": True, "Bella": False}
+    assert not EXECUTIONS.is_claimed(db.read(), robot.id, 6)
 
 
 def test_a_database_without_fleets_is_brought_up_to_date(path, clock):
