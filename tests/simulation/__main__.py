@@ -1,5 +1,6 @@
 """Any number of simulated hours and seeds by hand:
-``python -m tests.simulation --hours 1000 --seeds 1-10 [--calm] [--groups] [--deviants] [--jobs 2]``.
+``python -m tests.simulation --hours 1000 --seeds 1-10 [--calm] [--groups] [--deviants]
+[--target classic|enterprise] [--jobs 2]``.
 
 One line per seed, with its verdict, and one of totals; exit 1 when any seed has a violation. A seed can be run again alone: same seed,
 same story.
@@ -18,6 +19,7 @@ from pathlib import Path
 
 from tests.simulation.profile import CALM, Findings, Profile
 from tests.simulation.world import World
+from tests.support.targets import TARGETS
 
 
 def simulate(seed: int, hours: float, profile: Profile | None = None, stop_at: str | None = None) -> Findings:
@@ -59,6 +61,7 @@ def main() -> int:
     parser.add_argument(
         "--deviants", action="store_true", help="some robots differ from the faithful one, checked up or not"
     )
+    parser.add_argument("--target", choices=TARGETS, default=TARGETS[0], help="what takes the missions")
     parser.add_argument(
         "--every", type=int, help="minutes between the starts of each robot's first schedule; else drawn by the seed"
     )
@@ -78,7 +81,7 @@ def main() -> int:
         CALM if options.calm else Profile(), **{name: value for name, value in wanted.items() if value is not None}
     )
     profile = profile.with_groups() if options.groups else profile
-    profile = replace(profile, deviants=options.deviants)
+    profile = replace(profile, deviants=options.deviants).through(options.target)
     found: list[Findings] = []
     took_s = 0.0
     with ProcessPoolExecutor(options.jobs) as pool:

@@ -81,9 +81,7 @@ class GroupJudge:
         )
 
     def _open_items(self, robot: str) -> list[QueueItem]:
-        machine = self.world.site.machines[robot]
-        machine.catch_up()
-        return [item for item in machine.queue if item.finished is None]
+        return [item for item in self.world.site.queue(robot) if item.finished is None]
 
     # ------------------------------------------------------------------ each submission as it leaves
     def posted(self, post: Submission) -> None:

@@ -118,12 +118,10 @@ class Judge:
         before or while it ran, does not count as an idle mission."""
         if not any(each.idle.get(post.robot) for each in wishes):
             self.object(f"safety: an idle mission without a rule: {name}")
-        machine = self.world.site.machines[post.robot]
-        machine.catch_up()
         last = next(
             (
                 item.description
-                for item in reversed(list(machine.queue))
+                for item in reversed(list(self.world.site.queue(post.robot)))
                 if item.description != post.token and not (item.description in self._late and self._is_called_off(item))
             ),
             None,
@@ -203,8 +201,8 @@ class Judge:
         """A start before it, moved or not, of a schedule that does not overlap, was with a robot when it fell due and is there still."""
         tokens = {self.diary.token(each) for each in self.diary.others(key, key[1] - timedelta(hours=2), key[1])}
         tokens -= self.diary.excused.keys() | self.diary.uncertain
-        machines = self.world.site.machines.items()
-        first = {item.description: (name, item) for name, machine in machines for item in reversed(list(machine.queue))}
+        site = self.world.site
+        first = {item.description: (name, item) for name in site.machines for item in reversed(list(site.queue(name)))}
         for robot, item in first.values():
             if (
                 item.description in tokens
@@ -392,8 +390,9 @@ class Judge:
         """Items are added to lists and never removed: only what is new is looked at."""
         for name, machine in [*self.world.site.machines.items(), *self.world.impostors]:
             machine.catch_up()
-            lost = self.diary.lost_items[name] if self.world.site.machines.get(name) is machine else []
-            for items in (lost, machine.queue):
+            is_of_site = self.world.site.machines.get(name) is machine
+            lost = self.diary.lost_items[name] if is_of_site else []
+            for items in (lost, self.world.site.queue(name) if is_of_site else machine.queue):
                 _items, taken = self._taken.get(id(items), (items, 0))
                 for item in itertools.islice(items, taken, None):
                     if item.description and id(item) not in self._known:

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from tests.support.targets import ROBOT
+
 ACTS: Mapping[str, float] = MappingProxyType(
     {  # what people do, and how often in proportion
         "rename": 1,
@@ -84,6 +86,13 @@ EVENTS: Mapping[str, float] = MappingProxyType(
     }
 )
 
+OF_ROBOTS = (
+    "queue_is_reset",
+    "another_robot",
+    "wrong_clock",
+)  # nothing like it happens to a fleet, or it has no clock to compare
+OF_FLEETS: Mapping[str, float] = MappingProxyType({"fleet_restarts": 0.3, "no_contact": 1})  # what happens to fleets
+
 
 # Without those that answer too late to be judged by the second, and that others use all the time.
 DEVIANTS = (
@@ -121,6 +130,7 @@ class Profile:
     events: Mapping[str, float] = field(default_factory=lambda: dict(EVENTS))
     site: Mapping[str, object] = field(default_factory=dict)  # what the seed would draw otherwise
     groups: bool = False  # the robots are also a group
+    target: str = ROBOT  # what takes the missions
     deviants: bool = (
         False  # some robots differ from the faithful one, with what a check-up has found of them or without
     )
@@ -133,6 +143,14 @@ class Profile:
     def with_groups(self) -> Profile:
         """The same world with starts for any of three to five robots in addition to those for one."""
         return replace(self, groups=True, acts={**self.acts, **(GROUP_ACTS if self.acts else {})})
+
+    def through(self, target: str) -> Profile:
+        """The same world with a fleet above its robots."""
+        if target == ROBOT:
+            return self
+        events = {name: weight for name, weight in self.events.items() if name not in OF_ROBOTS}
+        natures = {"fleet": "normal"} if target == "enterprise" else {}
+        return replace(self, target=target, events={**events, **OF_FLEETS}, site={**natures, **self.site})
 
 
 # Half as much as with one act and one event an hour, everything of it; crashes are as frequent.

@@ -106,6 +106,30 @@ class Weather:
         self._machine(name).reboot(lasts * SPEED)
         self._trouble("robot", name, lasts + 10)
 
+    def fleet_restarts(self) -> None:
+        """Its robots continue; it remembers what waits."""
+        fleet, lasts = self.world.site.fleet, self.rng.uniform(10, 300)
+        assert fleet is not None
+        fleet.catch_up()
+        fleet.restart(lasts * SPEED)
+        for name in self.world.site.machines:
+            self._trouble("robot", name, lasts + 15)
+
+    def no_contact(self) -> None:
+        """The fleet hears nothing of a robot, which continues."""
+        fleet, name = self.world.site.fleet, self._name()
+        assert fleet is not None
+        cut_off = {each.robot.name for each in fleet.vehicles if not each.has_contact}
+        if name in cut_off:
+            return
+        fleet.catch_up()
+        fleet.cut_off({*cut_off, name})
+
+        def cure() -> None:
+            fleet.cut_off({each.robot.name for each in fleet.vehicles if not each.has_contact} - {name})
+
+        self._lasts(self.rng.uniform(20, 1500), self._trouble("robot", name), cure, 15.0)
+
     def robot_pauses(self) -> None:
         self._machine(self._name()).pause()
 
@@ -152,7 +176,7 @@ class Weather:
     def poison(self) -> None:
         """One of the newest items can't be read for a while."""
         name, network = self._name(), self.world.site.network
-        items = list(self._machine(name).queue)[-3:]
+        items = list(self.world.site.queue(name))[-3:]
         if not items:
             return
         item = self.rng.choice(items)

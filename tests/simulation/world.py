@@ -94,6 +94,8 @@ class World:
             robot_speed=SPEED,
             with_window=self.nature.with_window,
             profiles={robot: deviant(name) for robot, (name, _is_known) in self.nature.deviants.items()},
+            target=self.profile.target,
+            token_field="" if network.forgets_descriptions else "description",
         )
         self.is_on = True
         install_id = str(

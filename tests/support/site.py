@@ -9,10 +9,13 @@ import heapq
 import itertools
 import math
 import sqlite3
+from collections import defaultdict
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from app.container import Container
 from app.database.check_ups import CheckUpRepository
@@ -39,6 +42,7 @@ from mir_sim.machine import Machine
 from tests.support import targets
 from tests.support.clock import VirtualClock
 from tests.support.network import Network, SimulatedTransport
+from tests.support.targets import OrdersOf
 
 AHEAD = 1.05  # s before something is due, at which the app's own second finds that out
 ROUND_EVERY = (
@@ -47,6 +51,14 @@ ROUND_EVERY = (
 USER, PASSWORD = "distributor", "distributor"
 FLEET = "Fleet"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
+
+
+class OneThread(FleetConnection):
+    """Workers take turns in one thread: one that asks can't be waited for."""
+
+    def __init__(self, *values: Any) -> None:
+        super().__init__(*values)
+        self._locks = defaultdict(nullcontext)  # type: ignore[arg-type]
 
 
 class Site:
@@ -64,6 +76,7 @@ class Site:
         robot_speed: float = 1.0,
         profiles: Mapping[str, Profile] | None = None,
         target: str | None = None,
+        token_field: str = "description",
     ) -> None:
         self.clock = VirtualClock(now) if now else VirtualClock()
         self.network = network or Network()
@@ -81,8 +94,11 @@ class Site:
                 timezone=timezone if own is None else None,
                 battery=90.0,
             )
-        self.target = target or targets.chosen
+        self.target, self._token_field = target or targets.chosen, token_field
         self.fleet = targets.above(list(self.machines.values()), self.target)
+        self._orders = {
+            each.robot.name: OrdersOf(self.fleet, each) for each in (self.fleet.vehicles if self.fleet else [])
+        }
         self._paces: dict[str, Pace] = {}
         self._later: list[tuple[float, int, Callable[[], None]]] = []
         self._order = itertools.count()
@@ -95,6 +111,11 @@ class Site:
         for machine in self.machines.values():
             machine.set_battery(90.0)
         self.at(4 * 3600.0, self.keep_charged)
+
+    def queue(self, robot: str) -> Any:
+        """What it was ordered to do, by its own queue or by its fleet's orders for it, oldest first."""
+        self.machines[robot].catch_up()
+        return self._orders[robot] if self.fleet else self.machines[robot].queue
 
     @property
     def all_machines(self) -> list[Machine]:
@@ -116,7 +137,7 @@ class Site:
             with_window=self._with_window,
             machine=self.tablet,
         )
-        self._connection = FleetConnection(
+        self._connection = OneThread(
             self.clock.monotonic, self._paces.setdefault(FLEET, Pace(self.clock.monotonic, self.network.time_out))
         )
         self.container.first_start()
@@ -208,12 +229,12 @@ class Site:
         return SimulatedTransport(robot, self.network, self.clock, robot.name, Token.derive(USER, PASSWORD))
 
     def add_fleet(self) -> Fleet:
-        """It has been checked up: it gives descriptions back."""
+        """It has been checked up."""
         kind, catalogue = FleetKind(self.target), self.container.catalogue
         is_classic = kind is FleetKind.CLASSIC
         user, password = (USER, PASSWORD) if is_classic else ("", "mir_scheduler")
         fleet = catalogue.save_fleet(Fleet(FLEET, f"http://{FLEET.lower()}", kind, user), password=password)
-        found = RobotProfile(None, None, token_field="description" if is_classic else None)
+        found = RobotProfile(None, None, token_field=self._token_field if is_classic else None)
         self.container.db.write(lambda c: FleetRepository().update(c, replace(fleet, profile=found)))
         return fleet
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from mir_sim import SimulatedRobot
 from mir_sim.fleets import KINDS, ClassicKnobs, SimulatedFleet, make_fleet
-from mir_sim.fleets.orders import Order
+from mir_sim.fleets.orders import Order, Vehicle
+from mir_sim.mission_queue import ItemState, QueueItem
 
 ROBOT = "robot"
 TARGETS = (ROBOT, *KINDS)
@@ -46,3 +48,68 @@ def above(robots: Sequence[SimulatedRobot], target: str) -> SimulatedFleet | Non
 
     fleet.book._description_on_robot = id_of
     return fleet
+
+
+@dataclass(eq=False)
+class OrderItem:
+    """An order of a fleet, as the robot's item that it becomes: what a test looks at for every target."""
+
+    fleet: SimulatedFleet
+    order: Order
+
+    @property
+    def id(self) -> int:
+        return self.order.number
+
+    @property
+    def description(self) -> str:
+        return self.fleet.book._description_on_robot(self.order)
+
+    @property
+    def mission_id(self) -> str:
+        return self.order.mission_id
+
+    @property
+    def item(self) -> QueueItem | None:
+        return self.order.item
+
+    @property
+    def state(self) -> ItemState:
+        if self.item is not None:
+            return self.item.state
+        return ItemState.ABORTED if self.order.state.is_end else ItemState.PENDING
+
+    @property
+    def started(self) -> str | None:
+        return self.item and self.item.started
+
+    @property
+    def finished(self) -> str | None:
+        """By the clock of the robot, also of what it never had."""
+        if self.item is not None:
+            return self.item.finished
+        return None if self.order.ended is None else self.fleet.clock.stamp(self.order.ended)
+
+
+class OrdersOf:
+    """What a fleet was ordered for one robot, oldest first, and what is in the robot's queue besides. Nothing leaves it."""
+
+    def __init__(self, fleet: SimulatedFleet, vehicle: Vehicle) -> None:
+        self._fleet, self._vehicle = fleet, vehicle
+        self._found: list[OrderItem | QueueItem] = []
+        self._orders, self._items = 0, 0  # looked at
+
+    def _look(self) -> list[OrderItem | QueueItem]:
+        orders = [order for order in self._fleet.book if order.number > self._orders]
+        self._found += [OrderItem(self._fleet, order) for order in orders if order.wanted is self._vehicle]
+        self._orders = max((order.number for order in orders), default=self._orders)
+        items = [item for item in self._vehicle.robot.queue if item.id > self._items]
+        self._found += [item for item in items if not item.fleet_schedule_guid]
+        self._items = max((item.id for item in items), default=self._items)
+        return self._found
+
+    def __iter__(self) -> Iterator[OrderItem | QueueItem]:
+        return iter(self._look())
+
+    def __len__(self) -> int:
+        return len(self._look())
