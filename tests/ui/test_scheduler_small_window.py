@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from datetime import date, time
 
 import pytest
+from kivy.factory import Factory
 
 from app.screens.scheduler.cards import FormFold, FormNote, FormSheet, FormWarning
 from app.screens.scheduler.draft import Kind
@@ -91,6 +92,19 @@ def test_what_a_schedule_overlaps_with_is_seen_once_and_next_to_save_a_tap_leads
             assert checks.is_seen(warning)
             ui.tap(warning)
             assert said() == (True, [])
+
+
+@pytest.mark.parametrize(("size", "rows"), [((800, 1280), [7]), ((1280, 800), [3, 4])])
+def test_with_gloves_the_days_are_in_one_row_where_seven_fit(ui, size, rows):
+    with window(ui, size, gloves=True) as rig:
+        stand = Stand(rig, "scheduler")
+        stand.settle()
+        stand.vm.begin()
+        stand.vm.form.set(mission_id=stand.mission(KITS), kind=Kind.WEEKLY, day=date(2026, 11, 23), at=time(6, 30))
+        stand.settle()
+        days = ui.find_all(Factory.DaySegments, ui.find(FormSheet))
+        assert sorted(len(each.children) for each in days) == rows
+        assert looks.targets(ui.find(FormSheet)) == []
 
 
 @pytest.mark.long
