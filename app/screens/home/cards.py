@@ -18,7 +18,7 @@ from app.screens.home.fleet_model import FleetState
 from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets.buttons import CommandButton, IconButton
-from app.widgets.display import SectionCard
+from app.widgets.display import RowsCard, SectionCard
 from app.widgets.items import Tab
 from app.widgets.list_row import ListRow
 from app.widgets.robot_map import RobotMap, ground
@@ -263,7 +263,7 @@ class SendCard(HomeCard):
     """What the robot can be sent."""
 
 
-class TodayCard(HomeCard):
+class TodayCard(OfHome, RowsCard):
     """What the robot has done, does and will do."""
 
 
