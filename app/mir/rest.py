@@ -72,23 +72,28 @@ class RestRequests:
         with_credentials: bool = True,
     ) -> Response:
         """The answer, if its status is one of success. Raises RobotError."""
-        answer = self._exchange(
-            method, path, query=query, json=json, is_wanted=is_wanted, with_credentials=with_credentials
-        )
-        if 200 <= answer.status < 300:
-            return answer
-        raise self._problem_of(answer)
-
-    def _exchange(self, method: str, path: str, **parts: Any) -> Response:
-        """Any answer. Raises RobotError if there is none."""
         try:
-            answer = self._transport.send(method, path, timeout=self.timeouts, **parts)
+            answer = self._transport.send(
+                method,
+                path,
+                query=query,
+                json=json,
+                timeout=self.timeouts,
+                is_wanted=is_wanted,
+                with_credentials=with_credentials,
+            )
         except RobotError as error:
+            self._has_no_answer()
             if type(error) is ConnectionLost and not (self._has_answered or self.address.is_secure):
                 error = ConnectionLost(code="lost_over_http")
             raise error.at(self.address.netloc) from None
         self._has_answered = True
-        return answer
+        if 200 <= answer.status < 300:
+            return answer
+        raise self._problem_of(answer)
+
+    def _has_no_answer(self) -> None:
+        """What answers next may be another machine."""
 
     def _problem_of(self, answer: Response) -> RobotError:
         status, address = answer.status, self.address.netloc

@@ -80,6 +80,10 @@ class OrderItem:
         return ItemState.ABORTED if self.order.state.is_end else ItemState.PENDING
 
     @property
+    def ordered(self) -> str:
+        return self.item.ordered if self.item is not None else self.fleet.clock.stamp(self.order.ordered)
+
+    @property
     def started(self) -> str | None:
         return self.item and self.item.started
 
