@@ -187,7 +187,7 @@ def test_with_gloves_an_hour_brings_the_minutes_in_sight(ui, size, scale):
         dialog = dialogs.pick_time("Starts at", time(6, 30), lambda _time: None)
         ui.advance(0.3)
         assert "\n".join(checks.problems(dialog)) == ""
-        dialog.choose_hour(7)
+        dialog.choose("hour", 7)
         ui.advance(0.3)
         assert checks.is_seen(ui.find_all(TimeCell, number=55)[-1])
         dialogs.close_all()
