@@ -94,20 +94,15 @@ class ClassicVehicle(StoredData):
         self._is_any = vehicle == ANY_VEHICLE
         self._followed: set[int] = set()  # orders that were asked for by number, for ANY_VEHICLE
         self._queue = QueueReader(self._entries, self._next_item, ORDERS)
-        self._profile = NOTHING_KNOWN
-        self._words = self._in_words(NOTHING_KNOWN)
         self.use_profile(profile)
 
     def use_profile(self, profile: RobotProfile | None) -> None:
         self._profile = profile or NOTHING_KNOWN
         self.pace.rest = self._profile.rest
         self.timeouts = Timeouts().at_least(self._profile.timeout_s)
-        self._words = self._in_words(self._profile)
+        item_states = {**fleet_vocabulary.ORDER_STATES, **self._profile.item_states}
+        self._words = replace(self._profile, item_states=item_states)
         self._queue.use_profile(self._words)
-
-    @staticmethod
-    def _in_words(profile: RobotProfile) -> RobotProfile:
-        return replace(profile, item_states={**fleet_vocabulary.ORDER_STATES, **profile.item_states})
 
     @property
     def capabilities(self) -> Capabilities:
