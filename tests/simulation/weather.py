@@ -73,14 +73,15 @@ class Weather:
 
     # ------------------------------------------------------------------ the network
     def outage(self) -> None:
-        name, down = self._name(), self.world.site.network.down
+        name, site = self._name(), self.world.site
+        down, names = site.network.down, {*site.machines} if site.fleet else {name}
         if name in down:
             return
-        down.add(name)
+        down |= names
         self._lasts(
             self.rng.uniform(5, self.world.profile.longest_outage),
-            self._trouble("network", name),
-            lambda: down.discard(name),
+            self._trouble("network", None if site.fleet else name),
+            lambda: down.difference_update(names),
         )
 
     def very_late_request(self) -> None:

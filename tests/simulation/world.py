@@ -275,7 +275,8 @@ class World:
         if planned.fate is Fate.SLOW:
             self.diary.begin("slow", None, self.site.seconds(), (planned.seconds or 0.0) + 1.0)
         elif planned.fate is not Fate.REFUSED or robot not in self.site.network.down:
-            self.diary.begin("network", robot, self.site.seconds(), FAULT_LASTS)
+            who = None if self.site.fleet else robot  # an answer about all of a fleet's robots serves all of them
+            self.diary.begin("network", who, self.site.seconds(), FAULT_LASTS)
             self.diary.begin("slow", None, self.site.seconds(), 6.0)
 
     def note_holds(self) -> None:
