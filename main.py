@@ -62,7 +62,9 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument(
         "--run-now", nargs=2, metavar=("ROBOT", "MISSION"), help="start one mission and print its queue id"
     )
-    one.add_argument("--check-up", metavar="ROBOT", help="find out what a robot really does, and print the report")
+    one.add_argument(
+        "--check-up", metavar="NAME", help="find out what a robot or a fleet really does, and print the report"
+    )
     one.add_argument("--restore-backup", type=Path, metavar="FILE", help="put a backup in the place of the database")
     one.add_argument("--remove-pin", action="store_true", help="open Settings again when its PIN is forgotten")
     one.add_argument(
@@ -79,6 +81,11 @@ def parser() -> argparse.ArgumentParser:
         const="",
         metavar="NAME",
         help="with --check-up: queue this harmless mission too; without NAME one that waits a second, made and removed",
+    )
+    p.add_argument(
+        "--on-robot",
+        metavar="ROBOT",
+        help="with --check-up FLEET --with-mission NAME: the fleet's robot that gets an order, which is deleted before it runs",
     )
     p.add_argument(
         "--report",
@@ -145,9 +152,11 @@ def _check(options: argparse.Namespace) -> None:
     if options.parameter and not options.run_now:
         raise BadInput("--parameter belongs to --run-now ROBOT MISSION")
     if options.check_up == "":
-        raise BadInput("--check-up needs the name of a robot")
+        raise BadInput("--check-up needs the name of a robot or a fleet")
     if not options.check_up and (options.with_mission is not None or options.report):
         raise BadInput("--with-mission and --report belong to --check-up ROBOT")
+    if options.on_robot and not (options.check_up and options.with_mission):
+        raise BadInput("--on-robot belongs to --check-up FLEET --with-mission NAME")
     if options.yes and not (options.import_config or options.with_mission is not None):
         raise BadInput("--yes belongs to --import-config FILE, or to --check-up ROBOT --with-mission")
     if _one_shot(options) and (options.headless or options.demo or options.kiosk):

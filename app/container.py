@@ -34,6 +34,7 @@ from app.services.catalogue.database_check import find_problem
 from app.services.catalogue.moving import Moving
 from app.services.catalogue.pausing import Pausing
 from app.services.catalogue.preview import Forecasts
+from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.service import CheckUps
 from app.services.dispatch.allocator import Allocator
 from app.services.dispatch.chores import SameMachine
@@ -189,6 +190,15 @@ class Container:
             clock=clock,
             ledger=self.ledger,
             holds=self.holds,
+            alarms=self.alarms,
+            changes=self.changes,
+            settings=self.settings,
+            make_client=self.make_client,
+        )
+        self.fleet_check_ups = FleetCheckUps(
+            db,
+            clock=clock,
+            ledger=self.ledger,
             alarms=self.alarms,
             changes=self.changes,
             settings=self.settings,

@@ -56,7 +56,7 @@ class CheckUpRepository:
                 robot_id,
                 "left_behind = excluded.left_behind",
                 left.serial_number,
-                left_behind=json.dumps(asdict(left)),
+                left_behind=_left_text(left),
             )
 
     def keep_paused(self, c: sqlite3.Connection, robot_id: int) -> None:
@@ -76,6 +76,28 @@ class CheckUpRepository:
             (*values.values(), robot_id, serial_number),
         )
 
+    # ------------------------------------------------------------------ of fleets
+    def report_of_fleet(self, c: sqlite3.Connection, fleet_id: int) -> Report | None:
+        row = c.execute("SELECT report FROM current_fleets WHERE id = ? AND report IS NOT NULL", (fleet_id,)).fetchone()
+        if row is None:
+            return None
+        found = json.loads(row[0])
+        return _report(found, found["profile"])
+
+    def put_of_fleet(self, c: sqlite3.Connection, fleet_id: int, report: Report, known: RobotProfile | None) -> None:
+        """``known``: what the app may rely on from now on."""
+        text = json.dumps({**_without_profile(report), "profile": profile_text(report.profile)})
+        c.execute(
+            "UPDATE fleets SET report = ?, profile = ? WHERE id = ?", (text, known and profile_text(known), fleet_id)
+        )
+
+    def left_on_fleets(self, c: sqlite3.Connection) -> dict[int, LeftBehind]:
+        rows = c.execute("SELECT id, left_behind FROM current_fleets WHERE left_behind IS NOT NULL")
+        return {row[0]: _left_behind(json.loads(row[1])) for row in rows}
+
+    def note_left_on_fleet(self, c: sqlite3.Connection, fleet_id: int, left: LeftBehind | None) -> None:
+        c.execute("UPDATE fleets SET left_behind = ? WHERE id = ?", (left and _left_text(left), fleet_id))
+
     def check(self, c: sqlite3.Connection) -> None:
         """Read all of them. Raises ValueError, TypeError or LookupError for one that can't be used."""
         for row in c.execute("SELECT robot_id, profile FROM current_check_ups").fetchall():
@@ -83,6 +105,9 @@ class CheckUpRepository:
             if row[1] is not None:
                 profile_of(row[1])
         self.left_behind(c)
+        self.left_on_fleets(c)
+        for row in c.execute("SELECT id FROM current_fleets").fetchall():
+            self.report_of_fleet(c, row[0])
 
 
 @lru_cache(maxsize=1024)
@@ -123,18 +148,17 @@ def _report(found: Mapping[str, Any], profile: str | None) -> Report:
         Finding(Topic(each["topic"]), Level(each["level"]), _message(each["says"]), _message(each["means"]))
         for each in found["findings"]
     )
-    began_at = datetime.fromisoformat(found["began_at"])
-    _require(began_at.tzinfo is not None and began_at.year in YEARS, f"began_at {began_at}")
     return Report(
         _text(found["robot"]),
         _text(found["address"]),
         _text(found["model"]),
-        began_at.astimezone(UTC),
+        _instant(found["began_at"]),
         _finite(found["took_s"]),
         findings,
         profile_of(profile or ""),
         _text(found["mission"]),
         found["is_complete"] is True,
+        found.get("of_fleet") is True,  # reports of earlier versions lack it
     )
 
 
@@ -152,8 +176,14 @@ def profile_text(profile: RobotProfile) -> str:
     return json.dumps({**asdict(profile), "ignores": None if profile.ignores is None else sorted(profile.ignores)})
 
 
+def _left_text(left: LeftBehind) -> str:
+    return json.dumps({**asdict(left), "sent_at": left.sent_at and left.sent_at.isoformat()})
+
+
 def _left_behind(found: Any) -> LeftBehind:
     started, uptime_s = found.get("started"), found.get("uptime_s")  # notes of earlier versions lack them
+    vehicle, sent_at, number = found.get("vehicle", ""), found.get("sent_at"), found.get("number")
+    _check(number, int)
     for value in (found["serial_number"], found["mission"], found["queued"], started):
         _check(value, str)
     _check(found["hold"], int)
@@ -170,7 +200,16 @@ def _left_behind(found: Any) -> LeftBehind:
         found["hold"],
         started,
         None if uptime_s is None else _finite(uptime_s),
+        _text(vehicle),
+        None if sent_at is None else _instant(sent_at),
+        number,
     )
+
+
+def _instant(value: Any) -> datetime:
+    found = datetime.fromisoformat(value)
+    _require(found.tzinfo is not None and found.year in YEARS, f"instant {found}")
+    return found.astimezone(UTC)
 
 
 def _require(condition: object, problem: str) -> None:

@@ -269,3 +269,8 @@ ALTER TABLE robots ADD COLUMN off_with_fleet INTEGER NOT NULL DEFAULT 0;     -- 
 CREATE INDEX robots_of_fleets ON robots (fleet_id) WHERE fleet_id IS NOT NULL;
 ALTER TABLE executions ADD COLUMN taken_by TEXT NOT NULL DEFAULT '';         -- the robot that the fleet chose
 """
+
+_CHECK_UPS_OF_FLEETS = """
+ALTER TABLE fleets ADD COLUMN report TEXT;                                   -- JSON, as in check_ups
+ALTER TABLE fleets ADD COLUMN left_behind TEXT;
+"""

@@ -123,9 +123,10 @@ NOTHING_KNOWN = RobotProfile(None, None)
 @dataclass(frozen=True)
 class Trial:
     """Agreement that missions are queued. ``mission``: the name of a harmless one of the robot's; None: one that waits a second is made
-    for it, and removed afterwards."""
+    for it, and removed afterwards. ``robot``: the name of the one that a fleet's order is for."""
 
     mission: str | None = None
+    robot: str = ""
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,10 @@ class LeftBehind:
 
     The state at the pause, so that a later pause is not taken for the trial's: ``started`` is when the newest
     mission of the trial had begun, as the robot gives it (None: none had), ``uptime_s`` how long the robot had been
-    on."""
+    on.
+
+    Of a fleet, ``serial_number`` is what tells it from others: an order for the ``vehicle``, its id there, may be there
+    since ``sent_at``; its ``number`` once that is known."""
 
     serial_number: str | None
     mission: str | None = None
@@ -147,11 +151,15 @@ class LeftBehind:
     hold: int | None = None
     started: str | None = None
     uptime_s: float | None = None
+    vehicle: str = ""
+    sent_at: datetime | None = None
+    number: int | None = None
 
 
 @dataclass(frozen=True)
 class Report:
-    """One check-up. ``began_at`` is aware UTC, ``took_s`` in seconds. ``mission``: the queued one; empty: none."""
+    """One check-up. ``began_at`` is aware UTC, ``took_s`` in seconds. ``mission``: the queued one; empty: none.
+    ``of_fleet``: it was a fleet, whose name is in ``robot``."""
 
     robot: str
     address: str
@@ -162,6 +170,7 @@ class Report:
     profile: RobotProfile
     mission: str = ""
     is_complete: bool = True  # not cancelled, and the robot answered to the end
+    of_fleet: bool = False
 
     @property
     def level(self) -> Level:

@@ -368,6 +368,11 @@ class ClassicVehicle(StoredData):
 
         return again_if_stale(send)
 
+    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+        """Any request to the known fleet, for a check-up: an answer of success as it came. Raises RobotError."""
+        self._check_fleet()
+        return self._send(method, path, query=query, json=json)
+
     def _verify(self, *, needs_contact: bool = True) -> None:
         """Whether the known fleet and robot are there, before anything is changed. ``needs_contact``: the fleet reaches
         the robot."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, TypeVar
 from urllib.parse import quote
 
@@ -92,6 +92,11 @@ class EnterpriseRequests(RestRequests):
     def _is_whole(self) -> bool:
         return self._version().number >= WHOLE
 
+    @property
+    def finds_ended(self) -> bool:
+        """Whether an order that has ended is found by its id. Raises RobotError."""
+        return self._is_whole
+
     def identify_fleet(self) -> FleetIdentity:
         """Its name, its software, and its robots."""
         version = self._version(0.0)
@@ -171,6 +176,11 @@ class EnterpriseRequests(RestRequests):
             return self._send(method, path)
 
         return again_if_stale(send)
+
+    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+        """Any request to the known fleet, for a check-up: an answer of success as it came. Raises RobotError."""
+        self._version()
+        return self._send(method, path, query=query, json=json)
 
     def _get(self, path: str, read: Callable[[Any], T], *, largest: int | None = LARGEST_OBJECT) -> T:
         return self._read(self._request("GET", path), read, largest)

@@ -8,13 +8,16 @@ import functools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
 from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.robot import RobotStatus
 from app.mir import parse
+from app.mir.classic_vehicle import ORDERS, ClassicVehicle
 from app.mir.client import RobotClient
+from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.errors import Refusal, RobotError
 from app.mir.transport import Timeouts
 
@@ -23,14 +26,18 @@ EVERY = 0.4  # s between two questions
 SPARING = 1.5  # times the pause between requests that a robot does not bear
 PATIENT = Timeouts(connect=5.0, read=30.0, total=60.0)
 
+Client = RobotClient | ClassicVehicle | EnterpriseVehicle
+
 
 @dataclass(frozen=True)
 class Answer:
-    """``found``: the parsed JSON, None without any. ``error``: why the request did not succeed."""
+    """``found``: the parsed JSON, None without any. ``error``: why the request did not succeed. ``date``: when it was
+    answered, by the clock of who answers."""
 
     status: int | None = None
     found: Any = None
     error: RobotError | None = None
+    date: datetime | None = None
 
     @property
     def is_good(self) -> bool:
@@ -75,10 +82,12 @@ class Answer:
 
 
 class RawClient:
-    """At most a question every ``EVERY`` seconds: there are robots that boot when they are asked too much."""
+    """At most a question every ``EVERY`` seconds: there are robots that boot when they are asked too much. ``queue``: the
+    path of its queue."""
 
-    def __init__(self, client: RobotClient, clock: Clock) -> None:
+    def __init__(self, client: Client, clock: Clock) -> None:
         self.client, self._clock = client, clock
+        self.queue = ORDERS if isinstance(client, ClassicVehicle) else QUEUE
         self._every, self._last = EVERY, -math.inf
         self.get_once = functools.cache(self.get)  # read once, then the same answer
 
@@ -94,7 +103,8 @@ class RawClient:
             self._wait()
         try:
             response = self.client.ask(method, path, query=query, json=json)
-            return Answer(response.status, parse.loads(response.body) if response.body else None)
+            date = parse.http_date(response.headers.get("Date"))
+            return Answer(response.status, parse.loads(response.body) if response.body else None, date=date)
         except RobotError as error:
             status = error.status if isinstance(error, Refusal) else None
             return Answer(status, error=error.at(self.client.address.netloc))
@@ -108,7 +118,7 @@ class RawClient:
 
     def search(self, filter_: Mapping[str, Any], **query: str) -> Answer:
         """Queue items: a POST that reads."""
-        return self.ask("POST", f"{QUEUE}/search", query, {"filters": [filter_]})
+        return self.ask("POST", f"{self.queue}/search", query, {"filters": [filter_]})
 
     def paced_status(self) -> RobotStatus:
         """The status, asked for at the pace of the other questions. Raises RobotError."""

@@ -19,7 +19,7 @@ from typing import Any, TextIO
 from app.container import Container
 from app.domain.check_up import Trial
 from app.domain.message import render
-from app.domain.models import InvalidInput
+from app.domain.models import Fleet, InvalidInput
 from app.failures import BadInput, Failure
 from app.process import log_file, run_now_command, terminal
 from app.process.data_directory import (
@@ -31,12 +31,14 @@ from app.process.data_directory import (
 from app.process.inbox import Interrupted, NoAnswer, here_or_by_the_running_app, raise_for
 from app.process.requests import (
     check_up,
-    find_robot,
+    check_ups_of,
+    find_checked,
     import_configuration,
     keep_clock_confirmation,
 )
 from app.process.terminal import say
 from app.services.catalogue import configuration
+from app.services.check_up.fleet_check_ups import moves as moves_of_fleet
 from app.services.check_up.service import moves
 from app.services.files.file_access import draft_of, open_in_place, read_file, without_links
 from app.services.files.history_export import write_history
@@ -103,7 +105,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
     """Prints the report, even an incomplete one; with ``--report`` it is also written to a file, or to stdout
     instead."""
     terminal.end_as_interrupted()
-    trial = None if options.with_mission is None else Trial(options.with_mission or None)
+    trial = None if options.with_mission is None else Trial(options.with_mission or None, options.on_robot or "")
     if trial is not None and not options.yes and sys.stdin is not None and sys.stdin.isatty():
         terminal.confirm(_moves(directory, options.check_up, trial))
 
@@ -121,6 +123,7 @@ def _check_up(directory: DataDirectory, options: argparse.Namespace) -> int:
                 robot=options.check_up,
                 is_tried=trial is not None,
                 mission=trial.mission if trial else None,
+                on_robot=trial.robot if trial else "",
             )
         except NoAnswer as error:
             raise Failure(f"{error}; give the command again") from None
@@ -139,7 +142,8 @@ def _check_up_here(container: Container, robot: str, trial: Trial | None) -> dic
     try:
         return check_up(container, robot, trial)
     except KeyboardInterrupt:
-        left = find_robot(container.db.read(), robot).id in container.check_ups.left_behind()
+        target = find_checked(container.db.read(), robot)
+        left = target.id in check_ups_of(container, target).left_behind()
         raise Interrupted(
             {"left": "the robot is not as it was before: the app's next start puts it back"} if left else {}
         ) from None
@@ -154,7 +158,8 @@ def _what_is_left(answer: Mapping[str, Any] | None) -> str:
 
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
     with closing(open_for_reading(directory)) as db:
-        return render(moves(find_robot(db.read(), robot).name, trial))
+        target = find_checked(db.read(), robot)
+    return render((moves_of_fleet if isinstance(target, Fleet) else moves)(target.name, trial))
 
 
 # ------------------------------------------------------------------ a forgotten PIN

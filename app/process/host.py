@@ -62,6 +62,7 @@ def host(
             )
             container.engine.add_chore("Asking what missions do", container.mission_actions.tick)
             container.engine.add_chore("Putting back what a check-up left", container.check_ups.tick)
+            container.engine.add_chore("Putting back what a fleet's check-up left", container.fleet_check_ups.tick)
             watch(container, lock)
             watch_tablet(container)
             log.info("%s %s schedules on %s", NAME, __version__, directory.path)

@@ -12,22 +12,25 @@ from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
 from app.container import Container
+from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
 from app.database.settings import CLOCK_CONFIRMED_AT
 from app.database.values import to_text
 from app.domain import names
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
-from app.domain.models import Execution, Group, InvalidInput, Mission, Robot
+from app.domain.models import Execution, Fleet, Group, InvalidInput, Mission, Robot
 from app.domain.reasons import sentence
 from app.failures import BadInput
 from app.process.inbox import Handler, withdrawn
 from app.services.catalogue import configuration
 from app.services.check_up import report as reports
+from app.services.check_up.fleet_check_ups import FleetCheckUps
+from app.services.check_up.service import CheckUps
 from app.services.dispatch.clock_guard import UNPROVEN
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT
 
-T = TypeVar("T", bound=Robot | Group)
+T = TypeVar("T", bound=Robot | Group | Fleet)
 
 MORE_THAN_A_WINDOW = 1441 * 60.0 + 600.0  # s: the longest start window plus the time for an unknown outcome
 
@@ -68,9 +71,14 @@ def find_target(container: Container, name: str) -> Robot | Group:
     return _named(name, [*robots, *container.catalogue.groups()])
 
 
-def find_robot(c: sqlite3.Connection, name: str) -> Robot:
-    """Raises BadInput."""
-    return _named(name, RobotRepository().all(c))
+def find_checked(c: sqlite3.Connection, name: str) -> Robot | Fleet:
+    """What ``--check-up`` is about: a robot or a fleet. Raises BadInput."""
+    targets: list[Robot | Fleet] = [*RobotRepository().all(c), *FleetRepository().all(c)]
+    return _named(name, targets)
+
+
+def check_ups_of(container: Container, target: Robot | Fleet) -> CheckUps | FleetCheckUps:
+    return container.fleet_check_ups if isinstance(target, Fleet) else container.check_ups
 
 
 def _named(name: str, robots: Sequence[T]) -> T:
@@ -105,11 +113,12 @@ def outcome(execution: Execution) -> dict[str, Any]:
 
 
 def check_up(
-    container: Container, robot: str, trial: Trial | None, is_wanted: Callable[[], bool] = lambda: True
+    container: Container, name: str, trial: Trial | None, is_wanted: Callable[[], bool] = lambda: True
 ) -> dict[str, Any]:
     """The answer to ``--check-up``: the report as text and as a file, and why it is incomplete, if so. Raises
     InvalidInput."""
-    report = container.check_ups.run(find_robot(container.db.read(), robot).id, trial, is_wanted=is_wanted)
+    target = find_checked(container.db.read(), name)
+    report = check_ups_of(container, target).run(target.id, trial, is_wanted=is_wanted)
     zone = container.settings().timezone
     answer = {"text": reports.text(report, zone), "document": reports.document(report, zone)}
     if report.is_complete:
@@ -207,5 +216,5 @@ def _import(container: Container, request: Mapping[str, Any]) -> Mapping[str, An
 
 def _check_up(container: Container, request: Mapping[str, Any]) -> Mapping[str, Any]:
     asked = Path(request["content"]).with_suffix(".request")  # goes with a command that was killed
-    trial = Trial(request["mission"]) if request["is_tried"] else None
+    trial = Trial(request["mission"], request.get("on_robot", "")) if request["is_tried"] else None
     return check_up(container, request["robot"], trial, lambda: asked.exists() and not withdrawn(asked).exists())

@@ -29,8 +29,8 @@ class Killed(BaseException):
 class CheckedRobot:
     """``id``: of the robot in the app."""
 
-    def __init__(self, directory: Path, profile: Profile | None = None, **values: Any) -> None:
-        self.asked = AskedRobot(profile, **values)
+    def __init__(self, directory: Path, profile: Profile | None = None, *, history: int = 60, **values: Any) -> None:
+        self.asked = AskedRobot(profile, history=history, **values)
         self._directory, self.id = directory, 1
         directory.mkdir(exist_ok=True)
         (directory / DATABASE).write_bytes(_database(self.machine.serial_number))

@@ -45,6 +45,11 @@ class AskedRobot:
             start=START,
             profile=replace(profile, **values),
         )
+        self._begin()
+
+    base, token = BASE, TOKEN
+
+    def _begin(self) -> None:
         self.writes: list[str] = []
         self.requests: list[str] = []
         self.meddle: Callable[[str, str, Response], Response]
@@ -69,7 +74,7 @@ class AskedRobot:
 
     def client(self, robot: Robot | None = None) -> RobotClient:
         client = RobotClient(
-            Address.parse("http://10.0.0.1"), TOKEN, transport=_Direct(self), clock=self.clock.monotonic
+            Address.parse("http://10.0.0.1"), TOKEN, transport=Direct(self), clock=self.clock.monotonic
         )
         client.timeouts = PATIENT
         return client
@@ -78,7 +83,7 @@ class AskedRobot:
         return CheckUpSession(RawClient(self.client(), self.clock), self.clock, ZONE, **values)
 
 
-class _Direct:
+class Direct:
     def __init__(self, asked: AskedRobot) -> None:
         self._asked = asked
 
@@ -100,9 +105,9 @@ class _Direct:
             asked.writes.append(f"{method} {path}")
         asked.clock.advance(LATENCY)
         headers = {"content-type": "application/json", "accept-language": "en_US"}
-        headers |= {"authorization": TOKEN.header} if with_credentials else {}
+        headers |= {name.lower(): value for name, value in asked.token.headers.items()} if with_credentials else {}
         body = b"" if json is None else json_module.dumps(json).encode()
-        result = exchange(asked.machine, Request(method, unquote(f"{BASE}{path}"), query or {}, headers, body))
+        result = exchange(asked.machine, Request(method, unquote(f"{asked.base}{path}"), query or {}, headers, body))
         if result.fate is Fate.REFUSED:
             raise Unreachable(code="refused", address="10.0.0.1")
         if result.seconds > timeout.read or result.fate is Fate.HELD:

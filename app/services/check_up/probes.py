@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -13,7 +14,6 @@ from app.domain.robot import IdentifiedBy, RobotState, RobotStatus
 from app.mir import parse
 from app.mir.errors import RobotError, Unauthorized
 from app.mir.mission_queue import UNSUPPORTED
-from app.mir.raw_client import QUEUE
 from app.mir.texts import clean
 from app.services.catalogue.checks import is_zone
 from app.services.check_up.load_probes import latency, load
@@ -118,7 +118,12 @@ def clock(session: CheckUpSession) -> Found:
     zone = zone if isinstance(zone, str) and is_zone(zone) else None
     session.facts["timezone"] = zone
     status = session.status()
-    offset = None if status is None or status.date is None else (status.date - session.clock.now()).total_seconds()
+    return compared(session, zone, None if status is None else status.date)
+
+
+def compared(session: CheckUpSession, zone: str | None, date: datetime | None) -> Found:
+    """The tablet's clock with one in this zone, which shows this ``date`` now."""
+    offset = None if date is None else (date - session.clock.now()).total_seconds()
     session.facts["clock_offset"] = None if offset is None else round(offset, 1)
     if offset is None:
         return amber(
@@ -167,7 +172,7 @@ def rights(session: CheckUpSession) -> Found:
         for what, answer in (
             (message("missions"), session.robot.get_once("/missions")),
             (message("maps"), session.robot.get_once("/maps")),
-            (message("mission queue"), session.robot.get(QUEUE, limit="1")),
+            (message("mission queue"), session.robot.get(session.robot.queue, limit="1")),
         )
         if answer.error
     ]

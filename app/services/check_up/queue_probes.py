@@ -13,7 +13,7 @@ from zoneinfo import ZoneInfo
 from app.domain.check_up import Topic
 from app.domain.message import message
 from app.mir import parse
-from app.mir.raw_client import QUEUE, Answer
+from app.mir.raw_client import Answer
 from app.mir.texts import clean
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 
@@ -32,7 +32,7 @@ SHARED = message(
 
 def queue(session: CheckUpSession) -> Found:
     """All that a client can know of the queue by reading it, search, pages and order among it."""
-    answer = session.robot.get(QUEUE, sort_by="id,desc", limit=str(FEW))
+    answer = session.robot.get(session.robot.queue, sort_by="id,desc", limit=str(FEW))
     if answer.is_list and (answer.ids or not answer.found):
         return _QueueLists(session, answer.ids).look()
     for topic in (Topic.SEARCH, Topic.PAGING, Topic.SORTING):
@@ -56,20 +56,20 @@ class _QueueLists:
         self._ignores: set[str] = set()
 
     def _ids(self, **query: str) -> list[int]:
-        return self._session.robot.get(QUEUE, **query).ids
+        return self._session.robot.get(self._session.robot.queue, **query).ids
 
     def look(self) -> Found:
         robot, page_of_newest = self._session.robot, 0 if self._is_sorted else self._find_newest()
         self._session.newest_id = self._newest
         self._session.add(Topic.SORTING, self._sorting())
-        page = robot.get(QUEUE, whitelist="all", sort_by="id,desc", limit=str(PAGE))
+        page = robot.get(robot.queue, whitelist="all", sort_by="id,desc", limit=str(PAGE))
         self._session.add(Topic.PAGING, self._paging(page))
         self._session.add(Topic.SEARCH, self._search())
         length = self._length()
         if self._ignores or len(page.ids) > 2:
             self._session.facts["ignores"] = frozenset(self._ignores)
         if self._newest not in page.ids and page_of_newest:
-            page = robot.get(QUEUE, whitelist="all", limit=str(PAGE), offset=str(page_of_newest))
+            page = robot.get(robot.queue, whitelist="all", limit=str(PAGE), offset=str(page_of_newest))
         if max(page.ids, default=0) >= self._newest:
             self._session.entries = page.rows
         return length
@@ -156,7 +156,9 @@ class _QueueLists:
     def _length(self) -> Found:
         if not self._newest:
             return green("Its queue is empty, and can be read")
-        ordered = parse.instant(self._session.robot.get(f"{QUEUE}/{self._oldest}").one.get("ordered"))
+        ordered = parse.instant(
+            self._session.robot.get(f"{self._session.robot.queue}/{self._oldest}").one.get("ordered")
+        )
         return green(
             "Its queue goes from {oldest}, ordered on {day}, to {newest}"
             if ordered

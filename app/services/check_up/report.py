@@ -88,7 +88,9 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
     profile = report.profile
     lines = [
         message("Check-up of {robot}", robot=report.robot),
-        message(
+        message("Software {software}, at {address}", software=profile.software or "?", address=report.address)
+        if report.of_fleet
+        else message(
             "{model}, serial number {number}, software {software}, at {address}",
             model=report.model or "?",
             number=profile.serial_number or "?",
@@ -123,7 +125,7 @@ def text(report: Report, zone: str, language: Language = str) -> str:
 
 
 def document(report: Report, zone: str) -> str:
-    """The file: keys of a simulated robot's profile, and under ``report`` everything that was found."""
+    """The file: keys of a simulated robot's profile (of a fleet none), and under ``report`` everything that was found."""
     known = {
         **asdict(report.profile),
         "ignores": None if report.profile.ignores is None else sorted(report.profile.ignores),
@@ -144,7 +146,8 @@ def document(report: Report, zone: str) -> str:
         "profile": known,
         "text": text(report, zone),
     }
-    return json.dumps({**_simulated(report), "report": found}, ensure_ascii=False, indent=1) + "\n"
+    simulated = {} if report.of_fleet else _simulated(report)
+    return json.dumps({**simulated, "report": found}, ensure_ascii=False, indent=1) + "\n"
 
 
 def _simulated(report: Report) -> dict[str, Any]:

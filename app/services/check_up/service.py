@@ -6,19 +6,16 @@ queued for a check-up, a hold stops the plan's starts.
 from __future__ import annotations
 
 import logging
-import math
 import sqlite3
-import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from typing import Any
 
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
-from app.database.errors import DatabaseError
 from app.database.robots import RobotRepository
-from app.domain.check_up import LeftBehind, Level, Progress, Report, RobotProfile, Trial
+from app.domain.check_up import Level, Progress, Report, RobotProfile, Trial
 from app.domain.check_up import Topic as CheckUpTopic
 from app.domain.clock import Clock
 from app.domain.message import Message, message
@@ -30,6 +27,7 @@ from app.mir.raw_client import PATIENT, RawClient
 from app.mir.target import Target
 from app.mir.transport import Pace
 from app.services.check_up.probes import read_robot
+from app.services.check_up.remains import Remains
 from app.services.check_up.session import Cancelled, CheckUpSession
 from app.services.check_up.trial import NAME
 from app.services.check_up.trials import Trials, length_s, missions_of
@@ -40,7 +38,6 @@ from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
-RETRY_EVERY = 30.0  # s, for what a trial left behind
 TRIED = (
     "token_field",
     "item_states",
@@ -51,7 +48,7 @@ TRIED = (
 )  # fields of the profile
 
 
-class CheckUps:
+class CheckUps(Remains):
     def __init__(
         self,
         db: Database,
@@ -64,13 +61,11 @@ class CheckUps:
         settings: Callable[[], Settings],
         make_client: Callable[[Robot], Target],
     ) -> None:
-        self._db, self._clock, self._changes = db, clock, changes
+        super().__init__(clock)
+        self._db, self._changes = db, changes
         self._settings, self._make_client = settings, make_client
         self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
         self.trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
-        self._lock, self._under_way = threading.Lock(), set[int]()
-        self._retry_at = -math.inf  # monotonic
-        self._thread: threading.Thread | None = None
 
     # ------------------------------------------------------------------ before
     def report(self, robot_id: int) -> Report | None:
@@ -102,7 +97,7 @@ class CheckUps:
         Raises InvalidInput for a robot that is being checked up, and for a trial that can't be now, with the reason.
         """
         robot = self._robot(robot_id)
-        with self._alone_with(robot), self._client(robot) as client:
+        with self._alone_with(robot.id, robot.name), self._client(robot) as client:
             problem: Message | None
             try:  # first: remains of the last one may block this one
                 problem = self.trials.put_back(self._session(client), robot)
@@ -175,51 +170,19 @@ class CheckUps:
         )
 
     # ------------------------------------------------------------------ what a trial left
-    def left_behind(self) -> Mapping[int, LeftBehind]:
-        """By robot: changes of an interrupted trial that have not been undone."""
-        return {key: left for key, left in self.trials.left_behind().items() if key not in self._under_way}
+    def _left(self) -> Iterable[int]:
+        return self.trials.left_behind()
 
     def put_back(self, robot_id: int) -> Message | None:
         """Undo an interrupted trial on the robot. Returns what could not be undone; None: everything is restored.
         Raises InvalidInput or RobotError."""
         robot = self._robot(robot_id)
-        with self._alone_with(robot), self._client(robot) as client:
+        with self._alone_with(robot.id, robot.name), self._client(robot) as client:
             return self.trials.put_back(self._session(client), robot)
-
-    def tick(self) -> None:
-        """A chore: undo remains of a trial on a separate thread. Returns at once."""
-        now = self._clock.monotonic()
-        if now < self._retry_at or (self._thread and self._thread.is_alive()):
-            return
-        self._retry_at = now + RETRY_EVERY
-        if left := list(self.left_behind()):
-            self._thread = threading.Thread(
-                target=self.put_back_all, args=(left,), name="after a check-up", daemon=True
-            )
-            self._thread.start()
-
-    def put_back_all(self, robot_ids: Sequence[int]) -> None:
-        """One that does not answer is asked again later."""
-        for robot_id in robot_ids:
-            try:
-                self.put_back(robot_id)
-            except (RobotError, InvalidInput, DatabaseError) as problem:
-                log.info("What a check-up left on robot %d could not be put back yet: %s", robot_id, problem)
 
     # ------------------------------------------------------------------ inside
     def _session(self, client: RobotClient, **values: Any) -> CheckUpSession:
         return CheckUpSession(RawClient(client, self._clock), self._clock, self._settings().timezone, **values)
-
-    @contextmanager
-    def _alone_with(self, robot: Robot) -> Iterator[None]:
-        with self._lock:
-            if robot.id in self._under_way:
-                raise InvalidInput("robot", "{robot} is being checked up already", robot=robot.name)
-            self._under_way.add(robot.id)
-        try:
-            yield
-        finally:
-            self._under_way.discard(robot.id)
 
     @contextmanager
     def _client(self, robot: Robot) -> Iterator[RobotClient]:

@@ -9,7 +9,7 @@ from app.domain.check_up import Topic
 from app.domain.message import Message, message
 from app.domain.robot import QueueState
 from app.mir import parse
-from app.mir.errors import Refusal, Unauthorized
+from app.mir.errors import Refusal, RobotError, Unauthorized
 from app.mir.raw_client import Answer
 from app.mir.robot_vocabulary import CANCELLED, USER_REQUEST
 from app.mir.texts import clean, resolve
@@ -36,20 +36,24 @@ def look_at_trial(session: CheckUpSession, result: TrialResult) -> None:
             ),
         )
     if result.first is not None:
-        session.add(Topic.ORDER, _order(session, result.first, is_found=bool(result.items)))
+        session.add(Topic.ORDER, taken(session, result.first, is_found=bool(result.items)))
     if result.items:
         for topic, look in TRIED:
             session.add(topic, look(session, result))
     session.add(Topic.PAUSE, _pause(result))
     if result.problem is not None:
-        found = {finding.topic for finding in session.findings}
-        session.add(
-            next((each for each in Topic if each.is_tried and each not in found), Topic.LEFT),
-            red("The trial ended early: {problem}", "Check up again when it answers.", problem=result.problem.message),
-        )
+        add_early_end(session, result.problem)
 
 
-def _order(session: CheckUpSession, answer: Answer, *, is_found: bool) -> Found:
+def add_early_end(session: CheckUpSession, problem: RobotError) -> None:
+    found = {finding.topic for finding in session.findings}
+    session.add(
+        next((each for each in Topic if each.is_tried and each not in found), Topic.LEFT),
+        red("The trial ended early: {problem}", "Check up again when it answers.", problem=problem.message),
+    )
+
+
+def taken(session: CheckUpSession, answer: Answer, *, is_found: bool) -> Found:
     if isinstance(answer.error, Unauthorized):
         return red(
             "User {user} may not start missions",
@@ -83,7 +87,7 @@ def _order(session: CheckUpSession, answer: Answer, *, is_found: bool) -> Found:
     return green("It takes a mission and returns its number")
 
 
-def _recognised(session: CheckUpSession, result: TrialResult) -> Found:
+def recognised(session: CheckUpSession, result: TrialResult) -> Found:
     token = result.items[0].token
     found = {place: _fields_with(row, token) for place, row in result.places.items()}
     fields = found.get("item", [])
@@ -313,7 +317,7 @@ def _pause(result: TrialResult) -> Found | None:
 
 
 TRIED = (  # in the order of the report
-    (Topic.RECOGNISED, _recognised),
+    (Topic.RECOGNISED, recognised),
     (Topic.WORDS, _words),
     (Topic.CANCELLED, _cancelled),
     (Topic.FAILED, _failed),

@@ -21,6 +21,7 @@ from app.domain.models import InvalidInput, Robot, Settings, State
 from app.domain.robot import RobotState
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
+from app.mir.target import Target
 from app.services.check_up import load_probes, trial
 from app.services.check_up.journal import Journal, Outcome, put_back
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
@@ -262,12 +263,12 @@ class Trials:
             raise InvalidInput("robot", "{schedule} is planned at {time}: check up after it", schedule=name, time=time)
 
 
-def missions_of(client: RobotClient) -> Mapping[str, str]:
+def missions_of(client: Target) -> Mapping[str, str]:
     """Names of the missions that people made on the robot, with their guids. Raises RobotError."""
     return {mission.name: mission.guid for mission in client.missions() if not mission.guid.startswith(BUILT_IN)}
 
 
-def _mission(client: RobotClient, agreed: Trial) -> str | None:
+def _mission(client: Target, agreed: Trial) -> str | None:
     """The guid of the robot's own mission; None: one is made. Raises InvalidInput or RobotError."""
     if agreed.mission is None:
         return None
@@ -286,7 +287,7 @@ def _is_another(left: LeftBehind, serial_number: str | None) -> bool:
     return None not in (left.serial_number, serial_number) and left.serial_number != serial_number
 
 
-def _is_ready(client: RobotClient) -> bool:
+def _is_ready(client: Target) -> bool:
     """Whether it is ready with an empty queue. Raises RobotError."""
     return client.status().state is RobotState.READY and not client.open_items()
 

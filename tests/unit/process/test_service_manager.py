@@ -123,6 +123,7 @@ def test_nothing_waits_for_a_systemd_that_takes_no_message(systemd):
         began = time.monotonic()
         notify("READY=1")
         assert time.monotonic() - began < TAKEN_WITHIN / 2
+        drain(systemd)
         wait_for(lambda: hears(systemd) == "READY=1", what="the message, once there is room")
 
 

@@ -1,0 +1,143 @@
+"""The first stage of a fleet's check-up: what can be read. It changes nothing there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from datetime import datetime
+
+from app.domain.check_up import Topic
+from app.domain.message import message
+from app.domain.robot import FleetIdentity, RobotStatus
+from app.mir.classic_vehicle import BUILT_IN, ClassicVehicle
+from app.mir.enterprise_vehicle import EnterpriseVehicle
+from app.mir.errors import RobotError, Unauthorized
+from app.mir.fleet_vocabulary import ORDER_STATES
+from app.mir.texts import clean
+from app.services.check_up import probes
+from app.services.check_up.queue_probes import queue
+from app.services.check_up.session import CheckUpSession, Found, amber, green, red
+
+LENGTH_S = 15.0  # that it takes, about
+NOT_MARKED = message(
+    "The app tells its own orders from others by their user only: give the app a user of its own at the fleet."
+)
+
+
+def date_of(session: CheckUpSession) -> datetime | None:
+    """By the fleet's clock; None: it does not say."""
+    path = "/status" if isinstance(session.robot.client, ClassicVehicle) else "/system/version"
+    return session.robot.get(path).date
+
+
+def clock(session: CheckUpSession) -> Found:
+    return probes.compared(session, None, date_of(session))
+
+
+def missions(session: CheckUpSession) -> Found:
+    try:
+        found = session.robot.client.missions()
+    except RobotError as error:
+        return red(
+            "Its missions can't be read: {problem}", "Nothing can be planned without them.", problem=error.message
+        )
+    if not found:
+        return amber("It has no missions", "Make one on the robot before it is planned.")
+    return green("It has {n} missions", n=len(found))
+
+
+def words(session: CheckUpSession) -> Found:
+    """Those for the states of its newest orders."""
+    seen = {clean(entry.get("state"), 40).capitalize() for entry in session.entries}
+    if unknown := sorted(filter(None, seen - set(ORDER_STATES))):
+        return amber(
+            "It has its own words for the states of orders: {words}",
+            "A run with an unknown word is followed until the fleet has ended it, and shown as failed with that word.",
+            words=", ".join(unknown),
+        )
+    return green("It speaks English")
+
+
+def users(session: CheckUpSession) -> Found:
+    """Whether its user there is the app's own."""
+    user = session.robot.get_once("/users/me").one
+    guid, name = clean(user.get("guid"), 80), clean(user.get("name"), 80) or "?"
+    if not guid:
+        return amber("It does not say who the app's user is", NOT_MARKED)
+    if guid.startswith(BUILT_IN):
+        return amber("User {user} is one that all fleets have, so people may use it too", NOT_MARKED, user=name)
+    return green("User {user} is not one that all fleets have", user=name)
+
+
+def has_own_user(session: CheckUpSession) -> bool:
+    guid = clean(session.robot.get_once("/users/me").one.get("guid"), 80)
+    return bool(guid) and not guid.startswith(BUILT_IN)
+
+
+CLASSIC: Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]] = (
+    (Topic.CERTIFICATE, probes.certificate),
+    (Topic.CLOCK, clock),
+    (Topic.RIGHTS, probes.rights),
+    (Topic.PASSWORD, probes.password),
+    (Topic.MISSIONS, missions),
+    (Topic.QUEUE, queue),
+    (Topic.LANGUAGE, words),
+    (Topic.OTHERS, users),
+)
+ENTERPRISE: Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]] = (
+    (Topic.CERTIFICATE, probes.certificate),
+    (Topic.CLOCK, clock),
+    (Topic.MISSIONS, missions),
+)
+
+
+def read_fleet(session: CheckUpSession, client: ClassicVehicle | EnterpriseVehicle) -> FleetIdentity | None:
+    """All topics that are read, in the order of the report. None: it could not be asked; a finding says why. Raises
+    Cancelled."""
+    session.at(message("Asking who it is"), 0.0)
+    try:
+        fleet = client.identify_fleet()
+    except RobotError as error:
+        session.add(*_silent(error))
+        return None
+    status = RobotStatus(serial_number=fleet.identity)
+    session.identity = replace(session.identity, status=status, software=fleet.software)
+    session.add(Topic.IDENTITY, _robots(fleet))
+    if isinstance(client, ClassicVehicle):
+        name = clean(session.robot.get_once("/users/me").one.get("name"), 80)
+        session.identity = replace(session.identity, user_name=name)
+    else:
+        session.add(Topic.SOFTWARE, _version(fleet.software or "?", client))
+    for topic, look in CLASSIC if isinstance(client, ClassicVehicle) else ENTERPRISE:
+        session.at(message("Reading missions and maps"), 3.0)
+        session.add(topic, look(session))
+    return fleet
+
+
+def _silent(error: RobotError) -> tuple[Topic, Found]:
+    if isinstance(error, Unauthorized):
+        return Topic.RIGHTS, red(
+            "It does not accept the user: {problem}",
+            "Enter user name and password again in its settings.",
+            problem=error.message,
+        )
+    return Topic.IDENTITY, red(
+        "It could not be asked: {problem}", "Nothing can be scheduled on it until it answers.", problem=error.message
+    )
+
+
+def _robots(fleet: FleetIdentity) -> Found:
+    names = ", ".join(sorted(vehicle.name or vehicle.id for vehicle in fleet.vehicles)[:20])
+    if not names:
+        return red("It has no robots", "Add them at the fleet: nothing can be scheduled on it until it has some.")
+    return green("It has {n} robots: {names}", n=len(fleet.vehicles), names=names)
+
+
+def _version(software: str, client: EnterpriseVehicle) -> Found:
+    if client.finds_ended:
+        return green("Its software is {software}", software=software)
+    return amber(
+        "Its software is {software}: an order that has ended can't be found by its id",
+        "Give the app an API key that nothing else uses. From software 1.5 on each order is found by its id.",
+        software=software,
+    )

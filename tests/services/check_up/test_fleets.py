@@ -1,0 +1,212 @@
+"""Check-ups of fleets: what they find, and that nothing of them runs or is left."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from app.domain.check_up import Level, Topic, Trial
+from app.domain.message import render
+from app.domain.models import InvalidInput
+from app.mir.errors import ConnectionLost
+from app.mir.transport import Response
+from tests.support.check_up_fleet import MISSION, ROBOT, CheckedFleet
+from tests.support.check_up_site import Killed
+
+KINDS = ("classic", "enterprise")
+LOST = ConnectionLost(address="10.0.0.9")
+
+
+def levels(report):
+    """Of the findings of the trial, by topic; the worst of each."""
+    found = {}
+    for each in report.findings:
+        if each.topic.is_tried and found.get(each.topic.value) != Level.RED:
+            found[each.topic.value] = each.level
+    return found
+
+
+def check_nothing_is_left(site):
+    assert (site.open_orders(), site.runs()) == ([], [])
+    assert list(site.check_ups.left_behind()) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "knobs", "profile"),
+    [
+        ("classic", {}, {"token_field": "description", "has_search": True, "order_status": 201, "gives_id": True}),
+        ("classic", {"search": 404, "answer": "whole"}, {"has_search": False, "gives_id": True}),
+        ("classic", {"delete_ended": 404, "history": 0, "earliest_start": "utc"}, {"has_search": True}),
+        pytest.param("classic", {"delete_ended": 400, "answer": "whole"}, {"gives_id": True}, marks=pytest.mark.long),
+        (
+            "classic",
+            {"state_words": {"Pending": "Odottaa", "Aborted": "Keskeytetty"}},
+            {"item_states": {"Odottaa": "Pending", "Keskeytetty": "Aborted"}},
+        ),
+        ("enterprise", {}, {"token_field": "id", "order_status": 201}),
+        ("enterprise", {"posted": "accepted"}, {"token_field": "id", "order_status": 202}),
+        ("enterprise", {"version": "1.4.2", "ids_kept": 0.0}, {"software": "1.4.2"}),
+    ],
+)
+def test_one_order_shows_what_the_app_may_rely_on(tmp_path, kind, knobs, profile):
+    site = CheckedFleet(tmp_path, kind, **knobs)
+    assert site.fleet.known is None
+    report = site.trial()
+    assert set(levels(report).values()) == {Level.GREEN}
+    known = site.fleet.known
+    assert {name: getattr(known, name) for name in profile} == profile
+    assert site.check_ups.report(site.id) == report
+    check_nothing_is_left(site)
+
+
+@pytest.mark.parametrize(
+    ("kind", "knobs", "topic", "says"),
+    [
+        ("classic", {"description": "none"}, Topic.RECOGNISED, "Neither a mark nor a user of its own"),
+        ("enterprise", {"orders_kept": 0.0}, Topic.CANCELLED, "An order that has ended can't be found"),
+        ("enterprise", {"posted": "lost"}, Topic.ORDER, "It took an order, but does not show it"),
+    ],
+)
+def test_a_fleet_on_which_a_start_could_be_lost_gets_none_by_itself(tmp_path, kind, knobs, topic, says):
+    site = CheckedFleet(tmp_path, kind, **knobs)
+    report = site.trial()
+    red = [finding for finding in report.findings if finding.topic is topic and finding.level is Level.RED]
+    assert render(red[0].says).startswith(says)
+    assert site.fleet.known is None
+    site.clean_up()
+    check_nothing_is_left(site)
+
+
+def test_without_mark_a_user_of_its_own_is_enough(tmp_path):
+    site = CheckedFleet(tmp_path, description="mission")
+
+    def as_own_user(method, path, answer):
+        return Response(answer.status, answer.body.replace(b"mirconst-guid", b"guid"), answer.headers)
+
+    site.asked.meddle = as_own_user
+    report = site.trial()
+    assert levels(report)["recognised"] is Level.AMBER
+    assert site.fleet.known.token_field == ""
+
+
+def test_an_order_that_would_begin_at_once_is_cancelled_and_reported(tmp_path):
+    site = CheckedFleet(tmp_path, earliest_start="ignored")
+    report = site.trial()
+    assert levels(report)["order"] is Level.RED
+    assert site.fleet.known is not None  # the app keeps the times itself
+    check_nothing_is_left(site)
+
+
+def test_reading_alone_changes_nothing_and_keeps_what_is_known(tmp_path):
+    site = CheckedFleet(tmp_path)
+    site.check_ups.run(site.id)
+    assert (site.asked.writes, site.fleet.known) == ([], None)
+    site.trial()
+    known = site.fleet.known
+    site.check_ups.run(site.id)
+    assert site.fleet.known == known is not None
+
+
+def test_what_is_agreed_to_says_that_the_order_should_not_run(tmp_path):
+    site = CheckedFleet(tmp_path)
+    says = render(site.check_ups.moves(site.id, Trial(MISSION, ROBOT)))
+    assert says.startswith(f"Hall gets one order: {MISSION} for {ROBOT}, not before tomorrow.")
+    assert "should not run" in says
+    assert "cancelled at once" in says
+    assert MISSION in site.check_ups.harmless_missions(site.id)
+    assert list(site.check_ups.robots(site.id)) == [ROBOT, "Celia"]
+
+
+@pytest.mark.parametrize("trial", [Trial(MISSION), Trial(MISSION, "No such robot"), Trial("No such one", ROBOT)])
+def test_a_trial_needs_a_mission_and_a_robot_of_the_fleet(tmp_path, trial):
+    site = CheckedFleet(tmp_path)
+    try:
+        report = site.check_ups.run(site.id, trial)
+        assert not report.is_complete
+        assert levels(report)["order"] is Level.AMBER
+    except InvalidInput:
+        assert not (trial.mission and trial.robot)
+    assert site.asked.writes == []
+    assert site.fleet.known is None
+
+
+# ---------------------------------------------------------------------- cut off
+def writes_at(site):
+    """Numbers of the first request that changes something, and of the last request."""
+    first = next(n for n, request in enumerate(site.asked.requests, 1) if request in site.asked.writes)
+    return first, len(site.asked.requests)
+
+
+@pytest.mark.parametrize(
+    ("kind", "knobs", "is_long"),
+    [
+        ("classic", {"description": "none"}, False),
+        ("enterprise", {}, False),
+        *(
+            pytest.param(kind, knobs, True, marks=pytest.mark.long)
+            for kind, knobs in (
+                ("classic", {}),
+                ("classic", {"description": "none"}),
+                ("enterprise", {"posted": "accepted"}),
+            )
+        ),
+    ],
+)
+def test_killed_at_any_moment_the_order_is_deleted_at_the_next_start(tmp_path, kind, knobs, is_long):
+    """Before or after the fleet has handled a request, from the order on."""
+    whole = CheckedFleet(tmp_path / "whole", kind, **knobs)
+    whole.trial()
+    first, of = writes_at(whole)
+    moments = [(first, True), (first + 5, False)]
+    if is_long:
+        moments = [(number, is_handled) for number in range(first, of + 1) for is_handled in (True, False)]
+    left = []
+    for number, is_handled in moments:
+        site = CheckedFleet(tmp_path / f"{number}{is_handled}", kind, **knobs)
+        site.kill_at(number, is_handled=is_handled)
+        with pytest.raises(Killed):
+            site.trial()
+        left += site.open_orders()
+        site.start_again()
+        site.clean_up()
+        check_nothing_is_left(site)
+        site.container.db.close()
+    assert left
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_order_whose_answer_is_lost_is_found_and_deleted(tmp_path, kind):
+    site = CheckedFleet(tmp_path, kind)
+    count = itertools.count()
+    site.asked.gives(LOST, lambda method, path: method == "POST" and "search" not in path and next(count) == 0)
+    site.trial()
+    check_nothing_is_left(site)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_person_stops_it(tmp_path, kind):
+    site = CheckedFleet(tmp_path, kind)
+    report = site.trial(is_wanted=lambda: not site.asked.writes)
+    assert not report.is_complete
+    assert (site.check_ups.report(site.id), site.fleet.known) == (None, None)
+    check_nothing_is_left(site)
+
+
+def test_what_can_not_be_deleted_is_an_alarm_until_it_is(tmp_path):
+    site = CheckedFleet(tmp_path)
+
+    def lose_deletions(method, path):
+        if method == "DELETE":
+            raise LOST
+
+    site.asked.before = lose_deletions
+    report = site.trial()
+    assert levels(report)["left"] is Level.RED
+    assert [alarm.code for alarm in site.container.alarms.open()] == ["check_up_left"]
+    with pytest.raises(InvalidInput, match="not been undone"):
+        site.trial()
+    site.asked.behave()
+    site.clean_up()
+    assert site.open_orders() == []
+    assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
