@@ -13,9 +13,9 @@ from kivy.core.window import Window
 from app.database.backups import BACKUPS
 from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import SOURCE_LANGUAGE, translator
+from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import SettingsPage
-from app.screens.settings.robot_sheet import RobotSheet
 from app.services.files import places
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.fields import Field
@@ -85,6 +85,8 @@ def _forget_catalogue(site: Plant) -> None:
         catalogue.remove_group(group.id)
     for place in catalogue.places():
         catalogue.remove_place(place.id)
+    for fleet in catalogue.fleets():
+        catalogue.remove_fleet(fleet.id)
     for robot in robots(site):
         catalogue.remove_robot(robot.id)
     for mission in missions(site):
@@ -160,6 +162,13 @@ def press(ui: Driver, word: str, root=None) -> None:
     ui.tap(ui.find(CommandButton, root=root, text=word))
 
 
+def add(ui: Driver, word: str) -> None:
+    """With the menu of the page of the robots."""
+    press(ui, "Add")
+    ui.wait(lambda: ui.find_all(MenuRow, text=word))
+    ui.tap(ui.find(MenuRow, text=word))
+
+
 def enter(ui: Driver, field, text: str) -> None:
     """Type ``text`` in place of what is in the field."""
     field.text = ""
@@ -196,9 +205,9 @@ def enter_path(ui: Driver, sheet: FileSheet, path: str) -> None:
     enter(ui, ui.find(Field, root=sheet), path)
 
 
-def fill_in(ui: Driver, **values: str) -> RobotSheet:
-    """Type into the robot's sheet that is open, field by field."""
-    dialog = ui.find(RobotSheet)
+def fill_in(ui: Driver, **values: str) -> ConnectionSheet:
+    """Type into the sheet of a robot or fleet that is open, field by field."""
+    dialog = ui.find(ConnectionSheet)
     for name, text in values.items():
         enter(ui, dialog.ids[f"{name}_field"], text)
     return dialog

@@ -65,6 +65,9 @@ class EditForm(EventDispatcher):
 class SettingsSheet(Sheet):
     """Lies beside the page of a section, in a low window over it."""
 
+    def show_facts(self) -> None:
+        """Something may have changed elsewhere."""
+
 
 class EditSheet(SettingsSheet):
     """Of ``stored``, or of something new (None). With ``at_once`` a change of what is stored is saved when it is made, with Undo."""
@@ -95,8 +98,8 @@ class EditSheet(SettingsSheet):
         """Delete was chosen."""
         raise NotImplementedError
 
-    def show_facts(self) -> None:
-        """Something may have changed elsewhere."""
+    def was_added(self, saved: Any) -> None:
+        """A new one was saved, and the sheet is closed."""
 
     # ------------------------------------------------------------------ the same for all
     def on_done(self) -> None:
@@ -147,6 +150,8 @@ class EditSheet(SettingsSheet):
                     about=self,
                 )
             context.was_saved(self.kind, saved)
+            if is_new:
+                self.was_added(saved)
             if kept is not None and self.settled() != kept:  # changed since
                 self.keep()
 

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from app.domain.check_up import Report
 from app.domain.clock import Clock
-from app.domain.models import DayException, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
+from app.domain.models import DayException, Fleet, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
@@ -22,6 +22,7 @@ from app.services.planning import public_holidays
 from app.services.planning.plan import Plan
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
+from app.services.robots.fleets import Fleets
 from app.services.robots.missions import RobotMissions
 from app.services.robots.proposed_places import ProposedPlace, ProposedPlaces
 
@@ -40,6 +41,7 @@ class SettingsServices:
     robot_missions: RobotMissions
     proposed_places: ProposedPlaces
     check_ups: CheckUps
+    fleets: Fleets
     files: DataFiles
     calendar_files: CalendarFiles
 
@@ -48,6 +50,7 @@ class SettingsServices:
 class SettingsFacts:
     settings: Settings = field(default_factory=Settings)
     robots: tuple[Robot, ...] = ()
+    fleets: tuple[Fleet, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     groups: tuple[Group, ...] = ()
@@ -74,6 +77,13 @@ class SettingsFacts:
 
     def robot(self, robot_id: int | None) -> Robot | None:
         return next((robot for robot in self.robots if robot.id == robot_id), None)
+
+    def fleet(self, fleet_id: int | None) -> Fleet | None:
+        return next((fleet for fleet in self.fleets if fleet.id == fleet_id), None)
+
+    def robots_of(self, fleet: Fleet) -> tuple[Robot, ...]:
+        """Those of the plan, in order of name."""
+        return tuple(robot for robot in self.robots if robot.fleet is not None and robot.fleet.id == fleet.id)
 
     def mission(self, mission_id: int | None) -> Mission | None:
         return next((mission for mission in self.missions if mission.id == mission_id), None)
@@ -142,6 +152,7 @@ def read(services: SettingsServices) -> SettingsFacts:
     facts = SettingsFacts(
         settings=settings,
         robots=robots,
+        fleets=by_name(catalogue.fleets()),
         missions=tuple(catalogue.missions()),
         schedules=tuple(catalogue.schedules()),
         groups=by_name(catalogue.groups()),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from app.domain.models import Group, Mission, Robot, Schedule
+from app.domain.models import Fleet, Group, Mission, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.settings.facts import SettingsFacts
 
@@ -58,6 +58,17 @@ def _other_of(facts: SettingsFacts, robot: Robot) -> list[str]:
             ngettext("{n} mission that only this robot has", "{n} missions that only this robot has", own).format(n=own)
         )
     return others
+
+
+def fleet_question(facts: SettingsFacts, fleet: Fleet) -> str:
+    """Which robots and schedules are deleted with it, and what stays; empty: none."""
+    robots = facts.robots_of(fleet)
+    if not robots:
+        return ""
+    ids = {robot.id for robot in robots}
+    schedules = [each for each in facts.schedules if each.robot_id in ids]
+    goes = _question(facts, schedules, [_several([robot.name for robot in robots], ", ")])
+    return "\n".join((goes, _("Their runs stay in the history. Nothing changes on the fleet itself.")))
 
 
 # ---------------------------------------------------------------------- groups

@@ -4,68 +4,42 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from typing import Any
 
-from kivy.properties import AliasProperty, BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import HandOver, Robot
+from app.domain.models import Fleet, HandOver, Robot
 from app.i18n import _
-from app.screens.common import formats
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet, ask_and_delete
-from app.screens.settings.view import NoticeView, advanced_item, idle_phrase, robot_note
+from app.screens.settings.connection_form import ConnectionForm
+from app.screens.settings.edit_sheet import EditSheet, ask_and_delete
+from app.screens.settings.groups_view import hand_over_names
+from app.screens.settings.page import PageContext
+from app.screens.settings.view import advanced_item, idle_phrase, robot_note
 from app.services.catalogue import group_edit
 from app.services.catalogue.edit import Edit
 
 AT_ONCE = ("name", "enabled", "hand_over")
-ENDPOINT = ("address", "username", "fingerprint")
 
 
-def endpoint_of(robot: Robot) -> tuple[str, str, str]:
-    """What a stored password belongs to, as the sheet shows it."""
-    return formats.address(robot.address), robot.username, robot.certificate_sha256 or ""
-
-
-class RobotForm(EditForm):
-    """What is entered, one problem per field, and the result of the test."""
-
-    name = StringProperty()
-    address = StringProperty()
-    username = StringProperty()
-    password = StringProperty()
-    fingerprint = StringProperty()
-    enabled = BooleanProperty(True)
+class RobotForm(ConnectionForm):
     hand_over = StringProperty(HandOver.AT_ONCE)
     hand_overs = ListProperty()
-    name_problem = StringProperty()
-    address_problem = StringProperty()
-    username_problem = StringProperty()
-    password_problem = StringProperty()
-    fingerprint_problem = StringProperty()
-    password_hint = StringProperty()
-    testing = BooleanProperty(False)
-    about = ObjectProperty(NoticeView())  # what answers
     groups = StringProperty()
     has_groups = BooleanProperty(False)  # there are some
     idle = StringProperty()
-    advanced = BooleanProperty(False)  # is unfolded
+    can_be_idle = BooleanProperty(True)
     advanced_row = ListProperty()
+    fleet = StringProperty()  # that it is reached through
 
-    def _is_https(self) -> bool:
-        return self.address.strip().lower().startswith("https:") or bool(self.fingerprint_problem)
 
-    is_https = AliasProperty(_is_https, None, bind=("address", "fingerprint_problem"))
-
-    @property
-    def endpoint(self) -> tuple[str, str, str]:
-        """What is entered of ``endpoint_of``."""
-        return self.address.strip(), self.username.strip(), self.fingerprint.strip()
-
-    @property
-    def connection(self) -> tuple[str, ...]:
-        """Everything that a test depends on."""
-        return self.address, self.username, self.password, self.fingerprint
+def robot_form(robot: Robot | None) -> RobotForm:
+    form = RobotForm(hand_overs=[(str(key), word) for key, word in hand_over_names().items()])
+    if robot is not None:
+        form.hand_over = robot.hand_over
+    return form
 
 
 class KnownRobotSheet(EditSheet):
@@ -73,26 +47,22 @@ class KnownRobotSheet(EditSheet):
 
     kind = "robots"
 
-    open_check_up: Callable[[Robot], object]
+    open_check_up: Callable[[Robot], object] = staticmethod(lambda _robot: None)
 
     def show_facts(self) -> None:
         """What is known of the robot now."""
         facts, form = self.context.facts, self.vm
         robot = facts.robot(self.stored_id)
         if robot is not None and not form.saving:
-            for name in AT_ONCE:
-                if getattr(robot, name) != getattr(self.stored, name):
-                    setattr(form, name, getattr(robot, name))
-            before, self.stored = endpoint_of(self.stored), robot
-            for name, was, now in zip(ENDPOINT, before, endpoint_of(robot), strict=True):
-                if was != now and getattr(form, name).strip() == was:  # nothing else was entered
-                    setattr(form, name, now)
+            form.follow(self.stored, robot, AT_ONCE)
+            self.stored = robot
             form.about = robot_note(facts, robot, self.context.now())
             form.groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
             form.has_groups = bool(facts.groups)
-            form.idle = idle_phrase(facts, robot)
+            form.idle, form.can_be_idle = idle_phrase(facts, robot), not robot.is_any
         form.title = self.stored.name if self.stored is not None else _("Add robot")
         form.advanced_row = [advanced_item(HandOver(form.hand_over), is_open=form.advanced)]
+        super().show_facts()
 
     def turn_advanced(self) -> None:
         self.vm.advanced = not self.vm.advanced
@@ -100,8 +70,9 @@ class KnownRobotSheet(EditSheet):
 
     def on_dots(self, button: Widget) -> None:
         robot, go = self.stored, self.context.shell.go
+        check_up = MenuItem("check up", _("Check up"), "clipboard-check-outline")
         items = [
-            MenuItem("check up", _("Check up"), "clipboard-check-outline"),
+            *([check_up] if robot.fleet is None else []),  # others are checked up with their fleet
             MenuItem("fetch", _("Fetch missions"), "download-outline", disabled=not robot.enabled),
             MenuItem("delete", _("Delete"), "delete-outline", tone="fault"),
         ]
@@ -169,3 +140,28 @@ class KnownRobotSheet(EditSheet):
 
     def go_idle(self) -> None:
         self.context.shell.go("settings", section="idle", robot_id=self.stored.id)
+
+
+class VehicleSheet(KnownRobotSheet):
+    """Of a robot that is reached through a fleet, which has its address and password: all of it is saved at once.
+    ``open_fleet(fleet)`` shows the fleet."""
+
+    at_once = True
+
+    def __init__(
+        self, context: PageContext, robot: Robot, open_fleet: Callable[[Fleet], object], **kwargs: Any
+    ) -> None:
+        self._open_fleet = open_fleet
+        form = robot_form(robot)
+        form.name, form.enabled = robot.name, robot.enabled or robot.needs_password
+        super().__init__(context, robot, form, **kwargs)
+        form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
+        self.show_facts()
+
+    def show_facts(self) -> None:
+        super().show_facts()
+        if self.stored.fleet is not None:
+            self.vm.fleet = self.stored.fleet.name
+
+    def open_fleet(self) -> None:
+        self._open_fleet(self.stored.fleet)

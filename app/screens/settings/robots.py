@@ -1,20 +1,27 @@
-"""Settings, Robots: a row per robot or group, which opens its sheet, and the way to add one."""
+"""Settings, Robots: a row per robot, fleet or group, which opens its sheet, and the way to add one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, OptionProperty, StringProperty
+from kivy.uix.widget import Widget
 
-from app.domain.models import Robot
+from app.domain.models import Fleet, Robot
 from app.i18n import _
+from app.screens.common.options import MenuItem
 from app.screens.settings.check_up import CheckUp
 from app.screens.settings.check_up_view import standing
 from app.screens.settings.find import FindSheet
+from app.screens.settings.fleet_sheet import FleetSheet
+from app.screens.settings.fleets_view import ICON as FLEET_ICON
+from app.screens.settings.fleets_view import fleet_items
 from app.screens.settings.groups import GroupSheet
 from app.screens.settings.groups_view import group_items
 from app.screens.settings.page import SettingsPage
+from app.screens.settings.robot_known import KnownRobotSheet, VehicleSheet
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NOT_TRUSTED, NoticeView, robot_items
 
@@ -44,11 +51,12 @@ class RobotsPage(SettingsPage):
             self.vm.items, self.vm.add_word = group_items(facts, chosen), _("Add group")
             self.vm.nothing = _("No groups yet")
             return
-        chosen = sheet.stored_id if isinstance(sheet, RobotSheet) else None
+        chosen = sheet.stored_id if isinstance(sheet, KnownRobotSheet) else None
+        fleet = sheet.stored_id if isinstance(sheet, FleetSheet) else None
         check_ups = {robot.id: self._standing(robot) for robot in facts.robots}
-        self.vm.part, self.vm.add_word = "robots", _("Add robot")
+        self.vm.part, self.vm.add_word = "robots", _("Add")
         self.vm.nothing = _("No robots yet")
-        self.vm.items = robot_items(facts, self.context.now(), check_ups, chosen)
+        self.vm.items = [*fleet_items(facts, fleet), *robot_items(facts, self.context.now(), check_ups, chosen)]
 
     def reached(self, **intent: Any) -> None:
         if intent:
@@ -57,6 +65,8 @@ class RobotsPage(SettingsPage):
             self._open(None)
         elif intent.get("find"):
             self.find()
+        elif fleet := self.context.facts.fleet(intent.get("fleet_id")):
+            self._open_fleet(fleet)
         elif robot := self.context.facts.robot(intent.get("check_up")):
             self._open_check_up(robot)
         elif robot := self.context.facts.robot(intent.get("robot_id")):
@@ -64,12 +74,32 @@ class RobotsPage(SettingsPage):
 
     # ------------------------------------------------------------------ what is pressed
     def open(self, key: Any) -> None:
-        """A row was tapped, or with None the button that adds one."""
+        """A row was tapped."""
+        facts = self.context.facts
         if self.vm.part == "groups":
-            self.context.shell.sheets.show(GroupSheet(self.context, self.context.facts.group(key)))
+            self.context.shell.sheets.show(GroupSheet(self.context, facts.group(key)))
+        elif isinstance(key, tuple):
+            self._open_fleet(facts.fleet(key[1]))
         else:
-            self._open(self.context.facts.robot(key))
+            self._open(facts.robot(key))
         self.show()
+
+    def add(self, button: Widget) -> None:
+        """Ask what: a robot, a fleet, or what answers in the network."""
+        if self.vm.part == "groups":
+            self.open(None)
+            return
+        items = [
+            MenuItem("robot", _("Add robot"), "robot-outline"),
+            MenuItem("fleet", _("Add fleet"), FLEET_ICON),
+            MenuItem("find", _("Find robots"), "radar"),
+        ]
+        acts: dict[str, Callable[[], object]] = {
+            "robot": lambda: self.open(None),
+            "fleet": lambda: self.open(("fleet", None)),
+            "find": self.find,
+        }
+        self.context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
 
     def find(self) -> None:
         def add(address: str, name: str) -> None:
@@ -83,6 +113,8 @@ class RobotsPage(SettingsPage):
     def _standing(self, robot: Robot) -> NoticeView:
         """How its check-up stands, or how far it is."""
         facts, running = self.context.facts, self.context.check_ups.get(robot.id)
+        if robot.fleet is not None:
+            return NoticeView()  # it is checked up with its fleet
         return (running and running.standing) or standing(
             robot,
             facts.reports.get(robot.id),
@@ -96,9 +128,17 @@ class RobotsPage(SettingsPage):
         check_up = self.context.check_ups.get(robot.id) or CheckUp(self.context, robot)
         check_up.open(self.context.facts.reports.get(robot.id))
 
-    def _open(self, robot: Robot | None) -> RobotSheet:
+    def _open(self, robot: Robot | None) -> KnownRobotSheet:
+        sheets = self.context.shell.sheets
+        if robot is not None and robot.fleet is not None:
+            vehicle = VehicleSheet(self.context, robot, lambda fleet: self.open(("fleet", fleet.id)))
+            sheets.show(vehicle)
+            return vehicle
         sheet = RobotSheet(self.context, robot, self._open_check_up)
-        self.context.shell.sheets.show(sheet)
+        sheets.show(sheet)
         if robot is not None and self.context.facts.snapshot(robot.id).connection in NOT_TRUSTED:
             sheet.test()  # shows what answers, and asks
         return sheet
+
+    def _open_fleet(self, fleet: Fleet | None) -> None:
+        self.context.shell.sheets.show(FleetSheet(self.context, fleet))

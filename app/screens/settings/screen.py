@@ -20,7 +20,7 @@ from app.screens.settings.about import AboutPage
 from app.screens.settings.constraints import ConstraintsPage
 from app.screens.settings.data import DataPage
 from app.screens.settings.display import DisplayPage
-from app.screens.settings.edit_sheet import EditSheet
+from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.facts import SettingsFacts, SettingsServices, read
 from app.screens.settings.idle import IdlePage
 from app.screens.settings.missions import MissionsPage
@@ -60,6 +60,7 @@ KV = (
     "settings/screen",
     *(f"settings/{name}" for name in PAGES),
     "settings/robot",
+    "settings/fleet",
     "settings/find",
     "settings/check_up",
     "settings/groups",
@@ -253,7 +254,7 @@ class SettingsScreen(ScreenBase):
             place.clear_widgets()
             place.add_widget(page)
         page.show()
-        if isinstance(sheet := self.vm.context.shell.sheets.top, EditSheet):
+        if isinstance(sheet := self.vm.context.shell.sheets.top, SettingsSheet):
             sheet.show_facts()
         section = self.vm.current
         is_list = self.vm.is_narrow and not self.vm.is_narrow_open

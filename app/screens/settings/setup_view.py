@@ -67,7 +67,7 @@ def _robots(facts: SettingsFacts) -> Step:
 
 def _check_ups(facts: SettingsFacts) -> Step:
     """The first robot that is not checked up, or has a problem."""
-    robots = _in_use(facts)
+    robots = [robot for robot in _in_use(facts) if robot.fleet is None]  # others are checked up with their fleet
     for robot in robots:
         report = facts.reports.get(robot.id)
         if report is None or outdated(robot, report):

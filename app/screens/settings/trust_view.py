@@ -56,7 +56,7 @@ def certificate(name: str, found: str, trusted: str) -> Question:
     """``found`` and ``trusted`` are fingerprints; ``trusted`` may be empty."""
     return Question(
         _("Another certificate") if trusted else _("Unknown certificate"),
-        _("Compare its fingerprint with the one at the robot, or ask its administrator."),
+        _("Compare its fingerprint with the one shown there, or ask its administrator."),
         _("Trust it"),
         robot=name,
         before=trusted.upper(),
@@ -67,7 +67,7 @@ def certificate(name: str, found: str, trusted: str) -> Question:
 def no_encryption() -> Question:
     return Question(
         _("Connect without encryption?"),
-        _("So far this robot is reached over https. Over http, anyone on the network can read its password."),
+        _("So far it is reached over https. Over http, anyone on the network can read its password."),
         _("Use http"),
     )
 

@@ -189,13 +189,14 @@ def robot_items(
 def _robot_item(facts: SettingsFacts, robot: Robot, now: datetime, check_up: NoticeView, chosen: int | None) -> Item:
     link = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
     groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
+    way = robot.fleet.name if robot.fleet else groups or formats.address(robot.address)
     problem = _problem(facts, robot, check_up)
     if not problem.text and (link.tone != "neutral" or not robot.enabled):
         problem = NoticeView(link.word, tone=link.tone)
     return Item(
         robot.id,
         robot.name,
-        " · ".join((robot.model or _("MiR robot"), groups or formats.address(robot.address))),
+        " · ".join(part for part in (robot.model or _("MiR robot"), way, groups if robot.fleet else "") if part),
         problem.text,
         icon=link.icon,
         tone=link.tone,
@@ -223,9 +224,11 @@ def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
     link = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
     if needs_decision(facts, robot):
         return NoticeView(_("Nothing is sent to {robot}").format(robot=robot.name), link.word, "attention", link.icon)
-    is_default = Token(robot.token or "").is_published_default
+    is_default = robot.fleet is None and Token(robot.token or "").is_published_default
     found = (
-        machine_phrase(robot.model or _("MiR robot"), robot.serial_number, robot.software),
+        _("The fleet chooses the robot")
+        if robot.is_any
+        else machine_phrase(robot.model or _("MiR robot"), robot.serial_number, robot.software),
         robot.identified_by and _("Identified by {what}").format(what=_identified_by(robot)),
         is_default and _("Default password of MiR: change it on the robot"),
     )

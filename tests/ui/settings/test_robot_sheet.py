@@ -10,7 +10,7 @@ from app.domain.models import HandOver
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet, marked
 from tests.hostile.capture import capture
-from tests.ui.integrator import enter, fill_in, go, item_of, open_row, page, press, robots, says, titles
+from tests.ui.integrator import add, enter, fill_in, go, item_of, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 
@@ -18,7 +18,7 @@ from tests.ui.whole_app import PASSWORD, USER
 def refused(site, app, ui) -> RobotSheet:
     """The user name was typed wrongly, and the robot has refused it."""
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username="distributr", password=PASSWORD)
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.password_problem)
@@ -108,7 +108,7 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     go(ui, "robots")
     ui.wait(lambda: [robot.serial_number for robot in robots(site) if robot.serial_number][1:])
     ui.wait(lambda: all(robot.serial_number for robot in page(app).context.facts.robots))
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     url = site.fleet.robots[1].url
     dialog = fill_in(ui, name="Third", address=url, username=USER, password=PASSWORD)
     press(ui, "Save", dialog)
@@ -125,7 +125,7 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
 
 def test_a_robot_that_another_person_has_just_added_is_not_added_twice(site, app, ui):
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Third", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     page(app).context.facts = replace(page(app).context.facts, robots=())
     site.add_robots()  # not read by the window yet
@@ -136,7 +136,7 @@ def test_a_robot_that_another_person_has_just_added_is_not_added_twice(site, app
 
 def test_a_default_password_is_said_while_it_is_entered(site, app, ui):
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.outcome.tone == "done")
@@ -146,7 +146,7 @@ def test_a_default_password_is_said_while_it_is_entered(site, app, ui):
 def test_a_name_of_the_robot_that_is_cut_is_said(site, app, ui):
     with capture(status={"robot_name": "R" * 100}) as machine:
         go(ui, "robots")
-        press(ui, "Add robot")
+        add(ui, "Add robot")
         dialog = fill_in(ui, address=machine.url, username=USER, password=PASSWORD)
         press(ui, "Test connection", dialog)
         ui.wait(lambda: dialog.vm.outcome.tone == "done")

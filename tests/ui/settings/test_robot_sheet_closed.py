@@ -9,7 +9,7 @@ import pytest
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from app.widgets.buttons import IconButton
-from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots, titles, undo
+from tests.ui.integrator import add, enter, fill_in, go, item_of, open_row, press, robots, titles, undo
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -26,7 +26,7 @@ def slow(site):
 
 def test_cancelling_during_the_connection_test_adds_no_robot(site, app, ui, slow):
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Save", dialog)
     assert dialog.vm.testing
@@ -43,7 +43,7 @@ def test_a_sheet_that_comes_back_after_the_answer_can_be_saved(site, app, ui, mo
         operator, "test_connection", lambda *args, **named: may_answer.wait(20) and test(*args, **named)
     )
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Save", dialog)
     ui.tap(ui.find(IconButton, dialog, icon="close"))

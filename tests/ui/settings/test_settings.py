@@ -28,6 +28,7 @@ from app.widgets.snackbar import Snackbar
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.integrator import (
+    add,
     enter,
     go,
     is_saved,
@@ -86,7 +87,7 @@ def test_none_but_the_open_section_is_kept(site, app, ui):
     go(ui, "about")
     assert page(app) is pages["about"]()
     go(ui, "robots")
-    ui.wait(lambda: ui.find_all(CommandButton, text="Add robot"))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Add"))
 
 
 def test_a_section_with_something_under_way_is_kept_until_that_has_ended(site, app, ui):
@@ -468,7 +469,7 @@ def test_closed_dialogs_are_freed(site, app, ui):
     go(ui, "robots")
     dialogs = []
     for _n in range(4):
-        press(ui, "Add robot")
+        add(ui, "Add robot")
         dialogs.append(weakref.ref(ui.find(RobotSheet)))
         ui.tap(ui.find(IconButton, dialogs[-1](), icon="close"))
         ui.advance(0.5)

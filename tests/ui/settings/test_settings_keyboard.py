@@ -13,7 +13,7 @@ from app.widgets.fields import Field, FieldInput, SearchField
 from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard, lacks_keyboard
 from app.window import application
 from tests.ui import checks
-from tests.ui.integrator import go, key, keyboard, open_row, press, settings, tap_keys, titles
+from tests.ui.integrator import add, go, key, keyboard, open_row, settings, tap_keys, titles
 
 POWER_BUTTON = """I: Bus=0019 Vendor=0000 Product=0001 Version=0000
 N: Name="Power Button"
@@ -35,7 +35,7 @@ def first_settings():
 
 def robot_dialog(ui) -> RobotSheet:
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     ui.advance(0.5)
     return ui.find(RobotSheet)
 

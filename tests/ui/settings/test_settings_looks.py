@@ -10,6 +10,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from app.screens.settings.trust_view import another_robot, certificate
 from app.widgets.frame import Frame
+from tests.screenshots import fleets
 from tests.screenshots.check_up import Checked, found
 from tests.screenshots.settings import Plant, with_groups
 from tests.ui import checks, looks
@@ -124,6 +125,16 @@ def test_a_sheet_that_its_page_opens_keeps_to_it_too(rig, ui, section, build):
     ui.wait(lambda: plant.shell.background.idle)
     ui.advance(0.3)
     sheet = plant.shell.sheets.top
+    keeps_to_it(sheet)
+    if rig.is_wide:
+        assert len(looks.words(ui.find(Frame))) + len(looks.words(sheet)) <= WITH_SHEET
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("show", [fleets.fleet, fleets.new_enterprise, fleets.robots_of_it, fleets.robot])
+def test_the_sheets_of_a_fleet_and_its_robots_keep_to_it_too(rig, ui, show):
+    screen = fleets.opened(rig, show)
+    sheet = screen.vm.context.shell.sheets.top
     keeps_to_it(sheet)
     if rig.is_wide:
         assert len(looks.words(ui.find(Frame))) + len(looks.words(sheet)) <= WITH_SHEET

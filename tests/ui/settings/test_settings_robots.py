@@ -24,6 +24,7 @@ from app.widgets.snackbar import Snackbar
 from tests.hostile.capture import capture
 from tests.integration.mir.servers import pin_of
 from tests.ui.integrator import (
+    add,
     choose,
     enter,
     fill_in,
@@ -66,7 +67,7 @@ def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
 
 def test_saving_tests_first_and_says_what_is_wrong(site, app, ui):
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
     press(ui, "Save", dialog)
     ui.wait(lambda: dialog.vm.password_problem)
@@ -82,7 +83,7 @@ def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, 
     with socket.socket() as closed:  # bound, not listening: refused
         closed.bind(("127.0.0.1", 0))
         go(ui, "robots")
-        press(ui, "Add robot")
+        add(ui, "Add robot")
         dialog = fill_in(
             ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD
         )
@@ -96,7 +97,7 @@ def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, 
 
 def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, ui):
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     right = {"name": "Aino", "address": site.fleet.robots[0].url, "username": USER, "password": PASSWORD}
     dialog = fill_in(ui, **right)
     for name, wrong, problem in (
@@ -125,7 +126,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(site, app, ui):
     site.container.catalogue.remove_robot(site.add_robots()[1].id)
     go(ui, "robots")
     ui.wait(lambda: len(titles(ui)) == 1)
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[1].url, username=USER, password=PASSWORD)
     press(ui, "Save", dialog)
     ui.wait(lambda: dialog.ids.name_field.problem == "There is a robot Aino already")
@@ -135,7 +136,7 @@ def test_a_name_that_is_taken_is_said_at_the_name(site, app, ui):
 def test_something_else_at_the_address_is_no_robot(site, app, ui):
     site.fleet.robots[0].control({"fault": {"kind": "html", "path": "*", "count": None}})
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Page", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.vm.outcome.tone == "fault")
@@ -258,7 +259,7 @@ def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
 def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, app, ui):
     with capture("field_robot.pem") as machine:
         go(ui, "robots")
-        press(ui, "Add robot")
+        add(ui, "Add robot")
         dialog = fill_in(ui, name="Safe", address=machine.url, username=USER, password=PASSWORD)
         press(ui, "Save", dialog)
         ui.wait(lambda: ui.find_all(TrustSheet))
@@ -316,7 +317,7 @@ def test_a_robot_is_switched_off_at_once_and_on_again(site, app, ui):
 
 def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
     go(ui, "robots")
-    press(ui, "Add robot")
+    add(ui, "Add robot")
     dialog = fill_in(ui, name="Safe", address="https://10.0.0.1", username=USER, password=PASSWORD)
     field = ui.find(Field, dialog, label="Certificate fingerprint (SHA-256)")
     enter(ui, field, "no fingerprint")
@@ -392,7 +393,7 @@ def test_robots_of_the_network_are_looked_for_when_that_is_pressed(site, app, ui
     site.container.catalogue.save_robot(Robot("Aino", site.fleet.robots[0].url, USER), PASSWORD)
     monkeypatch.setattr(finder, "addresses", lambda: asked)
     go(ui, "robots")
-    press(ui, "Find robots")
+    add(ui, "Find robots")
     sheet = ui.find(FindSheet)
     ui.wait(lambda: not sheet.is_searching)
     assert sheet.said == "2 robots answer."
@@ -411,7 +412,7 @@ def test_a_search_for_robots_that_fails_says_so_and_can_be_repeated(site, app, u
 
     monkeypatch.setattr(finder, "addresses", no_addresses)
     go(ui, "robots")
-    press(ui, "Find robots")
+    add(ui, "Find robots")
     sheet = ui.find(FindSheet)
     ui.wait(lambda: not sheet.is_searching)
     assert sheet.foot == "Search again"
@@ -480,7 +481,7 @@ def test_a_search_that_is_stopped_says_how_many_were_asked(site, app, ui, monkey
     monkeypatch.setattr(finder, "addresses", lambda: [f"10.0.0.{n}" for n in range(150)])
     monkeypatch.setattr(finder, "status_of", lambda address: asked.append(address) or (answer.wait(10) and None))
     go(ui, "robots")
-    press(ui, "Find robots")
+    add(ui, "Find robots")
     sheet = ui.find(FindSheet)
     ui.wait(lambda: len(asked) == finder.AT_ONCE and sheet.said == "0 of 150 asked, no robot")
     press(ui, "Stop", sheet)
@@ -492,6 +493,6 @@ def test_a_search_that_is_stopped_says_how_many_were_asked(site, app, ui, monkey
 def test_a_tablet_without_a_private_network_says_so(site, app, ui, monkeypatch):
     monkeypatch.setattr(finder, "addresses", list)
     go(ui, "robots")
-    press(ui, "Find robots")
+    add(ui, "Find robots")
     sheet = ui.find(FindSheet)
     ui.wait(lambda: sheet.said == "This tablet has no private network.")

@@ -1,0 +1,175 @@
+"""The sheet that adds or edits a MiR Fleet, and the one in which its robots are added to the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from kivy.properties import ListProperty, StringProperty
+from kivy.uix.widget import Widget
+
+from app.domain.models import Fleet, FleetKind, Robot
+from app.domain.robot import FleetIdentity, Vehicle
+from app.i18n import _
+from app.screens.common.options import MenuItem
+from app.screens.common.problems import sentence_of
+from app.screens.settings import fleets_view as view
+from app.screens.settings import removals
+from app.screens.settings.connection_form import ConnectionForm
+from app.screens.settings.connection_sheet import ConnectionSheet
+from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
+from app.screens.settings.page import PageContext
+from app.screens.settings.view import NoticeView
+from app.services.robots.fleets import FoundVehicle
+
+AT_ONCE = ("name", "enabled")
+
+
+class FleetForm(ConnectionForm):
+    kind = StringProperty(FleetKind.CLASSIC)
+    kinds = ListProperty()
+
+
+class FleetSheet(ConnectionSheet):
+    """What is stored of its kind stays: a fleet of another kind is another fleet."""
+
+    kind = "fleets"
+    taken = "there is a fleet {name} already"
+
+    def __init__(self, context: PageContext, fleet: Fleet | None = None, **kwargs: Any) -> None:
+        form = FleetForm(advanced=True, kinds=[(str(key), word) for key, word in view.kind_names().items()])
+        if fleet is not None:
+            form.kind = fleet.kind
+        form.has_user = form.kind == FleetKind.CLASSIC
+        part = "" if fleet is not None else "FleetKinds"
+        super().__init__(context, fleet, form, kind_part=part, known_part="FleetKnown", **kwargs)
+
+    @property
+    def wanted(self) -> Mapping[str, str]:
+        return {
+            "name": _("Give the fleet a name"),
+            "username": _("Enter the fleet's user name"),
+            "asking": _("Asking the fleet …"),
+        }
+
+    def choose_kind(self, kind: str) -> None:
+        form = self.vm
+        form.kind, form.has_user = kind, kind == FleetKind.CLASSIC
+        if not form.has_user:
+            form.username = ""
+        form.password = ""  # a password is no key
+
+    def show_facts(self) -> None:
+        form, facts = self.vm, self.context.facts
+        fleet = facts.fleet(self.stored_id)
+        if fleet is not None and not form.saving:
+            form.follow(self.stored, fleet, AT_ONCE)
+            self.stored = fleet
+            form.about = view.fleet_note(facts, fleet)
+        form.title = self.stored.name if self.stored is not None else _("Add fleet")
+        super().show_facts()
+
+    # ------------------------------------------------------------------ test, save
+    def ask(self) -> Callable[[], FleetIdentity]:
+        fleet, password, fleets = self.entered(), self.vm.password or None, self.context.services.fleets
+        return lambda: fleets.test_connection(fleet, password)
+
+    def found(self, said: FleetIdentity) -> NoticeView:
+        return view.fleet_found(said)
+
+    def entered(self) -> Fleet:
+        fleet = self.stored or Fleet("", "")
+        return replace(fleet, kind=FleetKind(self.vm.kind), **self.entered_connection(fleet))
+
+    def settled(self) -> Fleet:
+        fleet: Fleet = self.stored
+        enabled = self.vm.enabled if not fleet.needs_password else fleet.enabled
+        return replace(fleet, name=self.vm.name.strip(), enabled=enabled)
+
+    def refuse(self, problem: BaseException) -> None:
+        """Show as it is what was not saved."""
+        super().refuse(problem)
+        if self.stored is not None:
+            self.vm.enabled = self.stored.enabled or self.stored.needs_password
+
+    def was_added(self, saved: Fleet) -> None:
+        """Without its robots it is of no use."""
+        if not saved.needs_password:
+            self.show_robots()
+
+    # ------------------------------------------------------------------ menu
+    def on_dots(self, button: Widget) -> None:
+        fleet, context = self.stored, self.context
+        items = [
+            MenuItem("robots", _("Robots of the fleet"), "robot-outline", disabled=fleet.needs_password),
+            MenuItem("delete", _("Delete"), "delete-outline", tone="fault"),
+        ]
+        acts: dict[str, Callable[[], object]] = {"robots": self.show_robots, "delete": self.remove}
+        context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
+
+    def show_robots(self) -> None:
+        self.context.shell.sheets.show(FleetRobotsSheet(self.context, self.stored))
+
+    def remove(self) -> None:
+        context, fleet = self.context, self.stored
+        ask_and_delete(
+            context,
+            fleet,
+            lambda: context.services.catalogue.remove_fleet(fleet.id),
+            removals.fleet_question(context.facts, fleet),
+        )
+
+
+class FleetRobotsSheet(SettingsSheet):
+    """Asks the fleet for its robots; each can be added to the plan."""
+
+    said = StringProperty()
+    items = ListProperty()
+
+    def __init__(self, context: PageContext, fleet: Fleet, **kwargs: Any) -> None:
+        self._context, self._fleet = context, fleet
+        self._found: Sequence[FoundVehicle] | None = None  # None: not known yet
+        super().__init__(title=_("Robots of {fleet}").format(fleet=fleet.name), foot_style="outlined", **kwargs)
+        self._search()
+
+    def _search(self) -> None:
+        fleets, fleet = self._context.services.fleets, self._fleet
+        self._found, self.said, self.foot = None, _("Asking the fleet …"), ""
+
+        def found(vehicles: Sequence[FoundVehicle]) -> None:
+            self._found, self.said = vehicles, ""
+            self.show_facts()
+
+        def failed(problem: BaseException) -> None:
+            self.said, self.foot = sentence_of(problem), _("Search again")
+
+        self._context.run(lambda: fleets.find(fleet.id), found, failed, key="a fleet's robots", apart="find robots")
+
+    def show_facts(self) -> None:
+        found, robots, fleet = self._found, self._context.facts.robots, self._fleet
+        if found is not None:
+            self.items = view.vehicle_items(found, robots, fleet)
+            self.foot = _("Add all") if len(view.to_be_added(found, robots, fleet)) > 1 else ""
+
+    def on_done(self) -> None:
+        """Search again, or add all that are shown."""
+        if self._found is None:
+            self._search()
+        else:
+            self._add(view.to_be_added(self._found, self._context.facts.robots, self._fleet))
+
+    def choose(self, vehicle_id: str) -> None:
+        found = self._found or ()
+        self._add(each.vehicle for each in found if each.vehicle.id == vehicle_id)
+
+    def _add(self, vehicles: Iterable[Vehicle]) -> None:
+        context, fleet, wanted = self._context, self._fleet, list(vehicles)
+
+        def added(robots: Sequence[Robot]) -> None:
+            context.facts = replace(context.facts, robots=(*context.facts.robots, *robots))
+            self.show_facts()  # nothing can be added twice
+            context.refresh()
+            context.say(_("{name} added").format(name=", ".join(robot.name for robot in robots)))
+
+        context.run(lambda: context.services.fleets.add(fleet.id, wanted), added)
