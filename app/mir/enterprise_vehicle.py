@@ -262,16 +262,23 @@ class EnterpriseVehicle(EnterpriseRequests):
         return [item for item in self._active_items() if item.state.is_open and self._is_own(item)]
 
     def newest_id(self, token: str = "") -> int | None:
-        """Of those that are active or have ended within the hour, and of what was seen before."""
+        """Of those that are active or have ended within the hour; else ``token``'s, if that was sent since something was seen."""
         active = [item.id for item in self._active_items() if item.vehicle == self.vehicle]
         own = [row for row in self._past.rows() if row.get("robot-id") == self.vehicle and not words.gives_way(row)]
+        notes, newest, after = (
+            self._connection.notes,
+            ("newest", self.vehicle),
+            ("sent before it was seen", self.vehicle),
+        )
         if active:
-            self._connection.notes["newest", self.vehicle] = max(active)
+            notes[newest] = max(active)
         elif own:
-            phase_id = clean(max(own, key=words.created).get("order-id"), 80)
-            self._connection.notes["newest", self.vehicle] = self._number_of_phase(phase_id, token)
-        newest: int | None = self._connection.notes.get(("newest", self.vehicle))
-        return newest
+            notes[newest] = self._number_of_phase(clean(max(own, key=words.created).get("order-id"), 80), token)
+        elif token and token != notes.get(after):
+            notes[newest] = words.number_of(token)
+        notes[after] = token
+        found: int | None = notes.get(newest)
+        return found
 
     def _number_of_phase(self, phase_id: str, token: str) -> int:
         """Of the order that has it, if that is known; else a number of its own."""

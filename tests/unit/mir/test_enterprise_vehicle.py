@@ -344,3 +344,18 @@ def test_the_fleets_robots_share_what_is_the_same_for_all(hall: Hall) -> None:
         target.open_items()
     for path in ("/system/version", "/serial-order-status/snapshot"):
         assert hall.transport.requests.count(f"GET {path}") == 1
+
+
+def test_an_order_that_ended_long_ago_and_was_not_seen_is_the_newest_of_its_robot():
+    hall = Hall()
+    aino, first, last = hall.vehicle(), str(uuid.uuid4()), str(uuid.uuid4())
+    before = aino.enqueue(GUIDS["Deliver"], description=first)
+    assert aino.newest_id(first) == before
+    hall.run_until(aino, first, QueueState.DONE)
+    hall.pass_time(7200)
+    sent = aino.enqueue(GUIDS["Deliver"], description=last)
+    hall.run_until(aino, last, QueueState.DONE)
+    hall.pass_time(7200)
+    assert aino.newest_id(last) == sent
+    hall.restart_app()
+    assert hall.vehicle().newest_id(last) == sent
