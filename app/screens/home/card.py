@@ -8,6 +8,7 @@ from datetime import datetime, timedelta
 
 from app.domain import rules
 from app.domain.activity import is_charging
+from app.domain.capabilities import Capabilities
 from app.domain.models import Connection, Robot
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
@@ -91,8 +92,28 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> Card:
     if snapshot.status is None and snapshot.connection is Connection.UNKNOWN:
         return replace(shown, foot=_pause(_("Not read yet")))
     if old or snapshot.status is None:
-        return _silent(shown, facts, robot, now)
-    return _answering(shown, facts, snapshot.status, robot, now)
+        return _as_it_can(_silent(shown, facts, robot, now), snapshot.capabilities)
+    return _as_it_can(_answering(shown, facts, snapshot.status, robot, now), snapshot.capabilities)
+
+
+def _as_it_can(shown: Card, can: Capabilities) -> Card:
+    """What can't be done through the connection to it is off, and says why."""
+    foot, note = shown.foot, shown.note
+    if note.answers and not can.prompts:
+        note = replace(note, answers=(), step=_("The fleet can't answer it. Answer at the robot."))
+    if not foot.off and not (can.clear_error if foot.action == "reset" else can.pause):
+        foot = replace(foot, off=True, style="tonal", why=_why_not(foot, can))
+    return replace(shown, foot=foot, note=note)
+
+
+def _why_not(foot: Foot, can: Capabilities) -> str:
+    if can.any_vehicle:
+        return _("The fleet chooses the robot. Use that one.")
+    return {
+        "pause": _("The fleet can't pause it. Pause at the robot."),
+        "resume": _("The fleet can't resume it. Resume at the robot."),
+        "reset": _("The fleet can't reset it. Reset at the robot."),
+    }[foot.action]
 
 
 def _pause(why: str = "") -> Foot:

@@ -8,6 +8,7 @@ from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
+from app.domain.capabilities import Capabilities
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotState, UserPrompt, clipped
@@ -133,8 +134,8 @@ def look(
         snapshot.connection is not Connection.UNKNOWN,
         " ".join(_problem(robot, snapshot, group, state.word, is_low, settings).split()),
         since,
-        status.user_prompt if status is not None and group is Group.ASKS else None,
-        _remedy(group, status.state if status is not None else None),
+        status.user_prompt if status is not None and group is Group.ASKS and snapshot.capabilities.prompts else None,
+        _remedy(group, status.state if status is not None else None, snapshot.capabilities),
     )
 
 
@@ -163,10 +164,10 @@ def _problem(robot: Robot, snapshot: RobotSnapshot, group: Group, word: str, is_
     return found.words or found.quote or word
 
 
-def _remedy(group: Group, state: RobotState | None) -> str:
+def _remedy(group: Group, state: RobotState | None, can: Capabilities) -> str:
     if group is Group.STOPPED:
-        return "reset" if state is RobotState.ERROR else ""
-    return "resume" if group is Group.PAUSED else ""
+        return "reset" if state is RobotState.ERROR and can.clear_error else ""
+    return "resume" if group is Group.PAUSED and can.pause else ""
 
 
 # ---------------------------------------------------------------------- what needs a person

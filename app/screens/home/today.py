@@ -72,7 +72,7 @@ def _done(facts: HomeFacts, now: datetime, most: int) -> Iterator[Item]:
         yield Item(
             ("run", run.id),
             facts.mission_names.run(run),
-            "" if is_well else outcome_line(run),
+            run.taken_by if is_well else outcome_line(run),
             lead=formats.clock_time(run.ended_at or run.planned_at, facts.settings.timezone),
             icon="check" if is_well else icon,
             tone=tone,
@@ -192,7 +192,17 @@ def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goe
         icon, tone = "pause", "action"
     elif status is not None and status.state is RobotState.MANUAL_CONTROL:
         icon, tone = "pause", "attention"
-    row = Item(key, mission, lead=_("Now"), icon=icon, tone=tone, look="tint", opens=key[0] == OURS)
+    ours = facts.execution_of(item)
+    row = Item(
+        key,
+        mission,
+        ours.taken_by if ours else "",
+        lead=_("Now"),
+        icon=icon,
+        tone=tone,
+        look="tint",
+        opens=key[0] == OURS,
+    )
     if goes:
         return replace(row, meta=_("Being cancelled"))
     return replace(row, actions=(Action("cancel", _("Cancel"), style="text"),))

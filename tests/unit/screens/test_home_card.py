@@ -9,6 +9,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.activity import ActivitySpan
+from app.domain.capabilities import Capabilities
 from app.domain.models import Connection, DurationEstimate, IdleRule, Robot, RobotSnapshot
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState, UserPrompt
 from app.screens.home.card import Card, battery_words, can_reset
@@ -48,6 +49,29 @@ def card(facts: HomeFacts) -> Card:
 
 def of(status, **values) -> Card:
     return card(with_aino(status, **values))
+
+
+# ---------------------------------------------------------------------- through a fleet
+@pytest.mark.parametrize(
+    ("status", "can", "why"),
+    [
+        (EXECUTING, {"pause": False}, "The fleet can't pause it. Pause at the robot."),
+        (PAUSED, {"pause": False}, "The fleet can't resume it. Resume at the robot."),
+        (FAILED, {"clear_error": False}, "The fleet can't reset it. Reset at the robot."),
+        (READY, {"pause": False, "any_vehicle": True}, "The fleet chooses the robot. Use that one."),
+        (EXECUTING, {"clear_error": False}, ""),
+        (FAILED, {"pause": False}, ""),
+    ],
+)
+def test_what_its_fleet_cannot_do_is_off_and_says_why(status, can, why):
+    foot = of(status, capabilities=Capabilities(**can)).foot
+    assert (foot.off, foot.why) == (bool(why), why)
+
+
+def test_a_question_that_its_fleet_cannot_answer_is_answered_at_the_robot():
+    note = of(ASKING, capabilities=Capabilities(prompts=False)).note
+    assert (note.answers, note.step) == ((), "The fleet can't answer it. Answer at the robot.")
+    assert note.problem
 
 
 # ---------------------------------------------------------------------- the table of states

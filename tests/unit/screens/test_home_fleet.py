@@ -8,6 +8,7 @@ from datetime import timedelta
 import pytest
 
 from app.database.robots import Hold
+from app.domain.capabilities import Capabilities
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
@@ -200,6 +201,13 @@ def test_each_row_has_the_one_button_that_helps():
         ["Yes", "No", "Skip this stop"],
         ["Resume"],
     ]
+
+
+def test_what_its_fleet_cannot_do_has_no_button():
+    can = Capabilities(pause=False, clear_error=False, prompts=False)
+    for status in (PAUSED, in_state(RobotState.ERROR), sample.ASKING):
+        (row,) = rows(look(status, since=ago(minutes=1), capabilities=can))
+        assert [action.name for action in row.actions] == ["open"]
 
 
 def test_robots_with_one_cause_in_one_minute_are_one_row():

@@ -69,6 +69,13 @@ def test_the_day_is_one_list_from_what_is_done_to_what_is_planned():
     ]
 
 
+def test_the_robot_that_a_fleet_chose_is_named():
+    taken = [replace(run, taken_by="MiR 7") if run.id == RUNNING.id else run for run in FACTS.open]
+    done = [replace(run, taken_by="MiR 8") for run in FACTS.finished]
+    supports = [row.support for row in rows(replace(FACTS, open=tuple(taken), finished=tuple(done)))]
+    assert supports[:3] == ["MiR 8", "MiR 8", "MiR 7"]
+
+
 def test_what_was_done_yesterday_is_not_of_this_day():
     last, *others = FACTS.finished
     yesterday = replace(last, ended_at=last.ended_at - timedelta(days=1))
