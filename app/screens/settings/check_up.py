@@ -1,4 +1,4 @@
-"""The check-up of a robot: what it will do, its progress, its findings. It continues while its sheet is closed; *Stop*
+"""The check-up of a robot or a fleet: what it will do, its progress, its findings. It continues while its sheet is closed; *Stop*
 ends it."""
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from kivy.uix.widget import Widget
 
 from app.domain.check_up import Progress, Report, Trial
 from app.domain.message import Message
-from app.domain.models import Robot
+from app.domain.models import Fleet, Robot
 from app.i18n import _
-from app.screens.common.options import MenuItem
+from app.screens.common.options import MenuItem, Option
 from app.screens.common.places import choose_place
 from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
@@ -33,15 +33,21 @@ from app.screens.settings import check_up_view as view
 from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
+from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.report import document
-from app.services.check_up.trials import length_s
+from app.services.check_up.service import CheckUps
 
 SHOWN_EVERY = 0.5  # s; the progress comes from another thread
 WAITS_S = 6.0  # without a step, until it says so
 
 
+def key_of(target: Robot | Fleet) -> int | str:
+    """In ``context.check_ups``."""
+    return f"fleet {target.id}" if isinstance(target, Fleet) else target.id
+
+
 class CheckUp(EventDispatcher):
-    """Of one robot. While it runs it is in ``context.check_ups``: pages may be built again."""
+    """Of one robot or fleet. While it runs it is in ``context.check_ups``: pages may be built again."""
 
     title = StringProperty()
     part = OptionProperty("CheckUpBefore", options=("CheckUpBefore", "CheckUpRunning", "CheckUpReport"))
@@ -52,6 +58,9 @@ class CheckUp(EventDispatcher):
     busy = BooleanProperty(False)
     # before
     begins = StringProperty()
+    reads = StringProperty()
+    of_fleet = BooleanProperty(False)  # which is tried with one of its robots
+    vehicle = StringProperty()
     wants_trial = BooleanProperty(False)
     mission = StringProperty(view.OFFERED)
     mission_word = StringProperty()
@@ -67,9 +76,13 @@ class CheckUp(EventDispatcher):
     verdict = ObjectProperty(NoticeView(), rebind=True)
     found = ListProperty()
 
-    def __init__(self, context: PageContext, robot: Robot) -> None:
-        super().__init__()
-        self._context, self._robot = context, robot
+    def __init__(self, context: PageContext, target: Robot | Fleet) -> None:
+        super().__init__(of_fleet=isinstance(target, Fleet), reads=view.reads(target))
+        self._context, self._target = context, target
+        services = context.services
+        self._service: CheckUps | FleetCheckUps = (
+            services.fleet_check_ups if isinstance(target, Fleet) else services.check_ups
+        )
         self._job: Job | None = None  # under way
         self._is_wanted = True  # read by its thread
         self._progress: Progress | None = None  # written by its thread
@@ -83,7 +96,7 @@ class CheckUp(EventDispatcher):
     # ------------------------------------------------------------------ its sheet
     def open(self, report: Report | None) -> None:
         """Show the progress, else the findings, else what it would do."""
-        self.title = _("Check-up of {robot}").format(robot=self._robot.name)
+        self.title = _("Check-up of {robot}").format(robot=self._target.name)
         if not self.is_running and report is not None:
             self._show_report(report)
         elif not self.is_running:
@@ -100,13 +113,13 @@ class CheckUp(EventDispatcher):
         is_before = self.part == "CheckUpBefore"
         self.foot, self.second = {
             "CheckUpBefore": (
-                view.begin_word(self._robot, self._trial),
+                view.begin_word(self._target, self._trial),
                 _("Only read") if self.wants_trial else _("Run trial"),
             ),
             "CheckUpRunning": (_("Stop"), ""),
             "CheckUpReport": (_("Run trial"), _("Check again")) if self._was_heard else (_("Check again"), ""),
         }[self.part]
-        self.foot_off = "" if self.can_begin or not is_before else self.outcome.text or asking_robot().text
+        self.foot_off = "" if self.can_begin or not is_before else self.outcome.text or view.not_yet(self._target)
         self.busy = self.stopping and self.part == "CheckUpRunning"
 
     def press(self) -> None:
@@ -145,7 +158,9 @@ class CheckUp(EventDispatcher):
 
     # ------------------------------------------------------------------ before
     def run_again(self) -> None:
-        self.part, self.outcome, self.wants_trial, self.mission = "CheckUpBefore", NoticeView(), False, view.OFFERED
+        """A fleet that is only read is no more known than before."""
+        self.part, self.outcome, self.wants_trial = "CheckUpBefore", NoticeView(), self.of_fleet
+        self.mission, self.vehicle = view.OFFERED, ""
         self._announce()
 
     def choose_trial(self, wanted: bool) -> None:
@@ -153,19 +168,35 @@ class CheckUp(EventDispatcher):
         self._announce()
 
     def pick_mission(self) -> None:
-        """Ask the robot for its own."""
+        """Ask the robot or the fleet for its own."""
+        check_ups, target = self._service, self._target
+
+        def choose(names: Sequence[str]) -> None:
+            options = view.mission_options(names, of_fleet=self.of_fleet)
+            self._choose(_("Mission"), options, self._chosen, self.mission)
+
+        self._ask(lambda: check_ups.harmless_missions(target.id), choose)
+
+    def pick_vehicle(self) -> None:
+        """Ask the fleet for its robots."""
+        fleets, fleet = self._context.services.fleet_check_ups, self._target
+
+        def choose(names: Sequence[str]) -> None:
+            options = [Option(name, name, "robot-outline") for name in names]
+            self._choose(_("Robot"), options, self._chosen_vehicle, self.vehicle)
+
+        self._ask(lambda: fleets.robots(fleet.id), choose)
+
+    def _ask(self, work: Callable[[], Sequence[str]], choose: Callable[[Sequence[str]], None]) -> None:
         if self.asking_missions:
             return
         self.asking_missions, self.outcome = True, asking_robot()
-        check_ups, robot = self._context.services.check_ups, self._robot
-        self._context.run(lambda: check_ups.harmless_missions(robot.id), self._choose, self._not_asked)
+        self._context.run(work, choose, self._not_asked)
 
-    def _choose(self, names: Sequence[str]) -> None:
+    def _choose(self, title: str, options: Sequence[Option], chosen: Callable[[Any], None], selected: str) -> None:
         self.asking_missions, self.outcome = False, NoticeView()
         if self._is_seen:
-            self._context.shell.dialogs.choose(
-                _("Mission"), view.mission_options(names), self._chosen, selected=self.mission
-            )
+            self._context.shell.dialogs.choose(title, options, chosen, selected=selected)
 
     def _not_asked(self, problem: BaseException) -> None:
         self.asking_missions, self.outcome = False, view.refused(problem)
@@ -174,19 +205,23 @@ class CheckUp(EventDispatcher):
         self.mission, self.outcome = mission, NoticeView()
         self._announce()
 
+    def _chosen_vehicle(self, name: str) -> None:
+        self.vehicle, self.outcome = name, NoticeView()
+        self._announce()
+
     @property
     def _trial(self) -> Trial | None:
-        return Trial(self.mission or None) if self.wants_trial else None
+        return Trial(self.mission or None, self.vehicle) if self.wants_trial else None
 
     def _announce(self) -> None:
         """The service's own words of what will happen; nothing begins before they are shown."""
-        trial, robot, check_ups = self._trial, self._robot, self._context.services.check_ups
-        self.begins = view.begins(trial, length_s(trial))
-        self.mission_word = view.mission_word(self.mission)
+        trial, target, check_ups = self._trial, self._target, self._service
+        self.begins = view.begins(trial, check_ups.length_s(trial), of_fleet=self.of_fleet)
+        self.mission_word = self.mission if self.of_fleet else view.mission_word(self.mission)
         self.will_do, self.can_begin = "", trial is None
-        if trial is not None:
+        if trial is not None and (not self.of_fleet or (trial.mission and trial.robot)):
             self._context.run(
-                lambda: check_ups.moves(robot.id, trial), self._announced, self._not_announced, key=("check-up", self)
+                lambda: check_ups.moves(target.id, trial), self._announced, self._not_announced, key=("check-up", self)
             )
 
     def _announced(self, says: Message) -> None:
@@ -200,7 +235,7 @@ class CheckUp(EventDispatcher):
     def begin(self) -> None:
         if self.is_running or not self.can_begin:
             return
-        trial, robot, check_ups = self._trial, self._robot, self._context.services.check_ups
+        trial, target, check_ups = self._trial, self._target, self._service
         self.part, self.outcome, self.stopping = "CheckUpRunning", NoticeView(), False
         self._progress, self._is_wanted, self._heard = None, True, (None, Clock.get_time())
 
@@ -209,12 +244,12 @@ class CheckUp(EventDispatcher):
 
         # a thread of its own: it takes minutes
         self._job = self._context.run(
-            lambda: check_ups.run(robot.id, trial, show, self._goes_on),
+            lambda: check_ups.run(target.id, trial, show, self._goes_on),
             self._ended,
             self._refused,
-            apart=f"check-up {robot.id}",
+            apart=f"check-up {key_of(target)}",
         )
-        self._context.check_ups[robot.id] = self
+        self._context.check_ups[key_of(target)] = self
         self._show_progress()
         self._tick()
         self._context.show()
@@ -232,13 +267,13 @@ class CheckUp(EventDispatcher):
             self._heard = self._progress, Clock.get_time()
         self.doing, self.how_far, self.share = view.progress_words(self._progress, stopping=self.stopping)
         if (waited_s := Clock.get_time() - self._heard[1]) >= WAITS_S:
-            self.how_far = view.waits(self._robot, waited_s)
+            self.how_far = view.waits(self._target, waited_s)
 
     def _over(self) -> bool:
         """Returns whether somebody sees it."""
         self._job = None
         self._tick.cancel()
-        del self._context.check_ups[self._robot.id]
+        del self._context.check_ups[key_of(self._target)]
         self._context.show()
         return self._is_seen
 
@@ -260,7 +295,7 @@ class CheckUp(EventDispatcher):
     # ------------------------------------------------------------------ the report
     def _show_report(self, report: Report) -> None:
         self._report, self.part, self.outcome, self._opened = report, "CheckUpReport", NoticeView(), set()
-        self.verdict = view.verdict(self._robot, report, self._zone)
+        self.verdict = view.verdict(self._target, report, self._zone)
         self._show_findings()
 
     def _show_findings(self) -> None:

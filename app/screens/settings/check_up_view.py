@@ -1,4 +1,4 @@
-"""Texts and values of a robot's check-up in Settings: its state, findings, and what will move. Pure functions."""
+"""Texts and values of a robot's or a fleet's check-up in Settings: its state, findings, and what will move. Pure functions."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from datetime import datetime
 from typing import NamedTuple
 
 from app.domain.check_up import Finding, Level, Progress, Report, Topic, Trial
-from app.domain.models import InvalidInput, Robot
+from app.domain.models import Fleet, InvalidInput, Robot
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
-from app.screens.settings.view import NoticeView, went_wrong
+from app.screens.settings.view import NoticeView, asking_robot, went_wrong
 from app.services.check_up.report import LEVELS, TOPICS
 from app.widgets.items import Action, Item
 
@@ -56,13 +56,14 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
     )
 
 
-def outdated(robot: Robot, report: Report) -> str:
+def outdated(target: Robot | Fleet, report: Report) -> str:
     """Why the report is outdated; empty: it is not."""
     profile = report.profile
-    if profile.serial_number != robot.serial_number:
+    known = target.identity if isinstance(target, Fleet) else target.serial_number
+    if profile.serial_number != known:
         return _("It is another machine now: check it up")
-    if profile.software != robot.software:
-        return _("Software is {version} now: check it up again").format(version=robot.software or "?")
+    if profile.software != target.software:
+        return _("Software is {version} now: check it up again").format(version=target.software or "?")
     return ""
 
 
@@ -75,7 +76,7 @@ def counts(findings: Sequence[Finding]) -> str:
 
 
 # ---------------------------------------------------------------------- the report
-def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
+def verdict(target: Robot | Fleet, report: Report, zone: str) -> NoticeView:
     """Its head: the result, when it was made, and whether anything was queued."""
     seen = appearance(report.level)
     found = counts(report.findings)
@@ -86,7 +87,7 @@ def verdict(robot: Robot, report: Report, zone: str) -> NoticeView:
     ]
     if not report.is_complete:
         lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
-    if why := outdated(robot, report):
+    if why := outdated(target, report):
         lines.append(why)
     tone = "attention" if report.level is Level.GREEN and len(lines) > 2 else seen.tone
     return NoticeView(text, "\n".join(lines), tone, seen.icon)
@@ -124,28 +125,44 @@ def _finding_item(key: str, finding: Finding, opened: Collection[str]) -> Item:
 
 
 # ---------------------------------------------------------------------- before
-def begins(trial: Trial | None, seconds: float) -> str:
+def reads(target: Robot | Fleet) -> str:
+    if isinstance(target, Fleet):
+        return _("Robots, clock, rights, missions, and how its orders are listed")
+    return _("Identity, clock, rights, missions, maps, queue, and how fast it answers")
+
+
+def begins(trial: Trial | None, seconds: float, *, of_fleet: bool = False) -> str:
     """How long it takes, and whether anything moves."""
     if trial is None:
         return _("Reads only: takes about {time}, nothing moves").format(time=formats.duration(seconds))
+    if of_fleet:
+        text = _("Reads first, then makes one order for tomorrow and deletes it: takes about {time}")
+        return text.format(time=formats.duration(seconds))
     return _("Reads first, then queues missions: takes about {time}").format(time=formats.duration(seconds))
 
 
-def mission_options(names: Sequence[str]) -> list[Option]:
-    """The offered one first, then the robot's own."""
+def mission_options(names: Sequence[str], *, of_fleet: bool = False) -> list[Option]:
+    """The offered one first, then the robot's own; on a fleet none is made."""
     offered = Option(OFFERED, mission_word(OFFERED), "timer-sand", _("Nothing drives"))
-    return [offered, *(Option(name, name, "flag-outline") for name in names)]
+    return [*([] if of_fleet else [offered]), *(Option(name, name, "flag-outline") for name in names)]
 
 
 def mission_word(mission: str) -> str:
     return mission or _("One that waits a second, made and removed again")
 
 
-def begin_word(robot: Robot, trial: Trial | None) -> str:
+def not_yet(target: Robot | Fleet) -> str:
+    """Why it can't begin."""
+    return _("Choose a mission and a robot") if isinstance(target, Fleet) else asking_robot().text
+
+
+def begin_word(target: Robot | Fleet, trial: Trial | None) -> str:
     """What the button does, by its name."""
     if trial is None:
         return _("Check up")
-    return _("Queue {n} missions on {robot}").format(n=QUEUED, robot=robot.name)
+    if isinstance(target, Fleet):
+        return _("Make one order for tomorrow")
+    return _("Queue {n} missions on {robot}").format(n=QUEUED, robot=target.name)
 
 
 def refused(problem: BaseException) -> NoticeView:
@@ -165,9 +182,9 @@ def progress_words(progress: Progress | None, *, stopping: bool = False) -> tupl
     return says, how_far(progress), share
 
 
-def waits(robot: Robot, seconds: float) -> str:
+def waits(target: Robot | Fleet, seconds: float) -> str:
     return _("Waiting {time} for {robot}. Without an answer it continues after a minute.").format(
-        time=formats.duration(seconds), robot=robot.name
+        time=formats.duration(seconds), robot=target.name
     )
 
 

@@ -12,6 +12,7 @@ from app.domain.models import DayException, Fleet, Group, Mission, Place, Robot,
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue
+from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.service import CheckUps
 from app.services.files.calendar_import import CalendarFiles
 from app.services.files.exports import DataFiles
@@ -42,6 +43,7 @@ class SettingsServices:
     proposed_places: ProposedPlaces
     check_ups: CheckUps
     fleets: Fleets
+    fleet_check_ups: FleetCheckUps
     files: DataFiles
     calendar_files: CalendarFiles
 
@@ -61,6 +63,7 @@ class SettingsFacts:
         default_factory=dict
     )  # robot id -> guid -> name; absent: not read from the robot yet
     reports: Mapping[int, Report] = field(default_factory=dict)  # of check-ups, by robot id; absent: never checked up
+    fleet_reports: Mapping[int, Report] = field(default_factory=dict)  # the same, by fleet id
     left_behind: frozenset[int] = frozenset()  # robots with remaining changes of a check-up
     backups: tuple[FoundFile, ...] = ()  # newest first
     exceptions: tuple[DayException, ...] = ()  # closed days and extra working days
@@ -149,10 +152,11 @@ def read(services: SettingsServices) -> SettingsFacts:
     names = {robot.id: services.robot_missions.names(robot.id) for robot in robots}
     country = settings.holiday_country  # names of countries are in a large library: only read where one is chosen
     regions = public_holidays.subdivisions(country) if country else {}
+    fleets = by_name(catalogue.fleets())
     facts = SettingsFacts(
         settings=settings,
         robots=robots,
-        fleets=by_name(catalogue.fleets()),
+        fleets=fleets,
         missions=tuple(catalogue.missions()),
         schedules=tuple(catalogue.schedules()),
         groups=by_name(catalogue.groups()),
@@ -161,6 +165,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         snapshots={robot.id: services.snapshots.get(robot.id) for robot in robots},
         names={robot_id: known for robot_id, known in names.items() if known},
         reports={robot.id: report for robot in robots if (report := services.check_ups.report(robot.id))},
+        fleet_reports={fleet.id: found for fleet in fleets if (found := services.fleet_check_ups.report(fleet.id))},
         left_behind=frozenset(services.check_ups.left_behind()),
         backups=tuple(services.files.backups()),
         exceptions=tuple(catalogue.day_exceptions()),

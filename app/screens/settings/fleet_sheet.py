@@ -16,6 +16,7 @@ from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings import fleets_view as view
 from app.screens.settings import removals
+from app.screens.settings.check_up import CheckUp, key_of
 from app.screens.settings.connection_form import ConnectionForm
 from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
@@ -103,10 +104,21 @@ class FleetSheet(ConnectionSheet):
         fleet, context = self.stored, self.context
         items = [
             MenuItem("robots", _("Robots of the fleet"), "robot-outline", disabled=fleet.needs_password),
+            MenuItem("check up", _("Check up"), "clipboard-check-outline", disabled=fleet.needs_password),
             MenuItem("delete", _("Delete"), "delete-outline", tone="fault"),
         ]
-        acts: dict[str, Callable[[], object]] = {"robots": self.show_robots, "delete": self.remove}
+        acts: dict[str, Callable[[], object]] = {
+            "robots": self.show_robots,
+            "check up": self.check_up,
+            "delete": self.remove,
+        }
         context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
+
+    def check_up(self) -> None:
+        """That which runs, else a new one."""
+        context, fleet = self.context, self.stored
+        check_up = context.check_ups.get(key_of(fleet)) or CheckUp(context, fleet)
+        check_up.open(context.facts.fleet_reports.get(fleet.id))
 
     def show_robots(self) -> None:
         self.context.shell.sheets.show(FleetRobotsSheet(self.context, self.stored))

@@ -74,7 +74,7 @@ class PageContext:
         self.facts = SettingsFacts()
         self.is_shown, self.show = is_shown, show
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
-        self.check_ups: dict[int, CheckUp] = {}  # those that run, by robot id
+        self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
         self._stored = self.facts.settings
         self._choices: list[_Choice] = []
         self._resting: dict[Hashable, Callable[[], object]] = {}  # what saves the numbers that were stepped

@@ -62,6 +62,11 @@ class FleetCheckUps(Remains):
         """Of the last one."""
         return self._check_ups.report_of_fleet(self._db.read(), fleet_id)
 
+    @staticmethod
+    def length_s(trial: Trial | None) -> float:
+        """Of the whole check-up, about."""
+        return length_s(trial)
+
     def moves(self, fleet_id: int, trial: Trial) -> Message:
         """Exactly what happens in a trial, for a person to agree to."""
         return moves(self._fleet(fleet_id).name, trial)

@@ -72,6 +72,11 @@ class CheckUps(Remains):
         """Of the last one."""
         return self._check_ups.report(self._db.read(), robot_id)
 
+    @staticmethod
+    def length_s(trial: Trial | None) -> float:
+        """Of the whole check-up, about."""
+        return length_s(trial)
+
     def moves(self, robot_id: int, trial: Trial) -> Message:
         """Exactly what happens on the robot in a trial, for a person to agree to."""
         return moves(self._robot(robot_id).name, trial)
