@@ -6,9 +6,11 @@ import pytest
 
 import mir_sim
 from app.domain.models import ANY_VEHICLE, FleetKind
+from app.screens.settings.check_up import CheckUpSheet
 from app.screens.settings.fleet_sheet import FleetRobotsSheet, FleetSheet
 from app.screens.settings.robot_known import VehicleSheet
 from app.widgets.buttons import Toggle
+from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, PickBox
 from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow, RowButton
@@ -117,3 +119,23 @@ def test_from_the_fleet_to_the_log(site, app, ui, added):
     ui.tap(ui.find(NavItem, name="logs"))
     ui.wait(lambda: row_of(ui, "Home"))
     assert item_of(ui, "Home").place == "Aino"
+
+
+@pytest.mark.long
+def test_a_fleet_is_checked_up_with_a_mission_and_a_robot_that_a_person_chooses(site, app, ui, added):
+    sheet = open_row(ui, "Hall 2")
+    choose(ui, "Check up", sheet)
+    ui.wait(lambda: ui.find_all(CheckUpSheet))
+    check_up = ui.find(CheckUpSheet)
+    assert check_up.foot_off == "Choose a mission and a robot"
+    for label, word in (("Mission", "Home"), ("Robot", "Aino")):
+        ui.tap(ui.find(PickBox, ui.find(Field, check_up, label=label)))
+        ui.wait(lambda: ui.find_all(ChoiceSheet))
+        ui.tap(ui.find(OptionRow, title=word))
+    ui.wait(lambda: says(ui, "Hall 2 gets one order: Home for Aino, not before tomorrow."))
+    ui.advance(0.5)
+    press(ui, "Make one order for tomorrow", check_up)
+    ui.wait(lambda: check_up.vm.part == "CheckUpReport", 60)
+    assert says(ui, "The app's mark comes back in the description")
+    ui.wait(lambda: fleets(site)[0].known is not None)
+    ui.wait(lambda: item_of(ui, "Hall 2").meta == "")
