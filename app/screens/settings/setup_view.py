@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from app.domain.check_up import Level
-from app.domain.models import Robot, Settings
+from app.domain.models import Fleet, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.robot_appearance import silence_word
@@ -44,7 +45,7 @@ def _in_use(facts: SettingsFacts) -> list[Robot]:
     return [robot for robot in facts.robots if robot.enabled]
 
 
-def _named(robots: list[Robot]) -> str:
+def _named(robots: Sequence[Robot | Fleet]) -> str:
     if len(robots) > MOST_NAMED:
         return ngettext("{n} robot", "{n} robots", len(robots)).format(n=len(robots))
     return ", ".join(robot.name for robot in robots) or _("none yet")
@@ -66,8 +67,13 @@ def _robots(facts: SettingsFacts) -> Step:
 
 
 def _check_ups(facts: SettingsFacts) -> Step:
-    """The first robot that is not checked up, or has a problem."""
-    robots = [robot for robot in _in_use(facts) if robot.fleet is None]  # others are checked up with their fleet
+    """The first fleet that is not checked up, or robot that is not, or has a problem; a fleet's robots have none."""
+    robots = [robot for robot in _in_use(facts) if robot.fleet is None]
+    fleets = [fleet for fleet in facts.fleets if fleet.enabled]
+    for fleet in fleets:
+        if fleet.known is None:
+            support, to_fleet = _("Not yet: {robots}").format(robots=fleet.name), (("fleet_id", fleet.id),)
+            return Step("check-ups", _("Checked up"), support, False, _("Show"), "robots", to_fleet)
     for robot in robots:
         report = facts.reports.get(robot.id)
         if report is None or outdated(robot, report):
@@ -78,7 +84,7 @@ def _check_ups(facts: SettingsFacts) -> Step:
             continue
         intent = (("check_up", robot.id),)
         return Step("check-ups", _("Checked up"), support, False, _("Show"), "robots", intent, is_wrong)
-    return Step("check-ups", _("Checked up"), _named(robots), bool(robots), "", "robots")
+    return Step("check-ups", _("Checked up"), _named([*fleets, *robots]), bool(robots or fleets), "", "robots")
 
 
 def _missions(facts: SettingsFacts) -> list[Step]:

@@ -229,7 +229,7 @@ def robot_note(facts: SettingsFacts, robot: Robot, now: datetime) -> NoticeView:
         _("The fleet chooses the robot")
         if robot.is_any
         else machine_phrase(robot.model or _("MiR robot"), robot.serial_number, robot.software),
-        robot.identified_by and _("Identified by {what}").format(what=_identified_by(robot)),
+        robot.fleet is None and robot.identified_by and _("Identified by {what}").format(what=_identified_by(robot)),
         is_default and _("Default password of MiR: change it on the robot"),
     )
     tone = "attention" if is_default and link.tone == "neutral" else link.tone

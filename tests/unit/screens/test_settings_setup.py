@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
-from app.domain.models import Connection, Mission, Robot, RobotSnapshot, Settings
+from app.domain.models import Connection, Fleet, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import IdentifiedBy
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.setup_view import setup_phrase, step_items, steps
@@ -50,6 +50,16 @@ def test_a_new_tablet_begins_with_its_robots():
     beside_sheet = [item.actions[-1].style for item in step_items(taken, is_beside_sheet=True)]
     assert "filled" not in beside_sheet
     assert [button.icon for button in buttons if not button.text] == ["chevron-right"]  # no robot yet to check up
+
+
+def test_a_fleet_is_checked_up_in_the_place_of_its_robots():
+    hall = Fleet("Hall 2", "10.0.0.5", id=3)
+    through_it = replace(READY, robots=(replace(AINO, fleet=hall, vehicle="7"),), fleets=(hall,), reports={})
+    waiting = step(through_it, "check-ups")
+    assert (waiting.is_done, waiting.support, waiting.intent) == (False, "Not yet: Hall 2", (("fleet_id", 3),))
+    checked = replace(hall, profile=RobotProfile(None, None))
+    done = step(replace(through_it, fleets=(checked,)), "check-ups")
+    assert (done.is_done, done.support) == (True, "Hall 2")
 
 
 def test_steps_that_not_every_tablet_needs_can_be_left_out():
