@@ -65,6 +65,14 @@ def robots_of_it(page, facts):
     page.context.shell.sheets.top.show_robots()
 
 
+def check_up(page, facts):
+    page.context.shell.sheets.show(FleetSheet(page.context, facts.fleets[0]))
+    page.context.shell.sheets.top.check_up()
+    card = page.context.shell.sheets.top.vm
+    card.mission, card.vehicle = "Home", "MiR 7"
+    card.choose_trial(True)
+
+
 def robot(page, facts):
     page.open(facts.robots_of(facts.fleets[0])[0].id)
 
@@ -80,5 +88,6 @@ for _name, _show in (
     ("fleet-sheet-enterprise", new_enterprise),
     ("fleet-robots", robots_of_it),
     ("fleet-robot-sheet", robot),
+    ("fleet-check-up", check_up),
 ):
     picture(f"settings-{_name}", sizes=EVERY_SIZE)(lambda studio, show=_show: opened(studio, show))

@@ -80,8 +80,8 @@ def _note_password(edit: Edit, fleet: Fleet, stored: Fleet) -> None:
         _clear_alarm(edit, fleet.id)
 
 
-def _clear_alarm(edit: Edit, fleet_id: int) -> None:
-    if edit.alarms.clear(edit.c, "needs_password", _key(fleet_id), edit.now):
+def _clear_alarm(edit: Edit, fleet_id: int, code: str = "needs_password") -> None:
+    if edit.alarms.clear(edit.c, code, _key(fleet_id), edit.now):
         edit.topics.add(Topic.ALARMS)
 
 
@@ -93,7 +93,8 @@ def remove(edit: Edit, fleet_id: int) -> Removed:
     """With its robots, and with each what is removed with a robot."""
     fleet, robot_ids = edit.the_fleet(fleet_id), edit.fleets.robot_ids(edit.c, fleet_id)
     of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]
-    _clear_alarm(edit, fleet_id)
+    for code in ("needs_password", "check_up_left"):
+        _clear_alarm(edit, fleet_id, code)
     edit.notes.append(f"fleet {fleet.name!r} removed, and {len(robot_ids)} robots with it")
     edit.topics.add(Topic.ROBOTS)
     own = edit.hide(Removed(edit.now, fleets=[fleet_id], token=fleet.token))

@@ -210,3 +210,10 @@ def test_what_can_not_be_deleted_is_an_alarm_until_it_is(tmp_path):
     site.clean_up()
     assert site.open_orders() == []
     assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
+
+
+def test_the_alarm_ends_with_a_fleet_that_is_removed(tmp_path):
+    site = CheckedFleet(tmp_path)
+    site.container.alarms.raise_("check_up_left", f"fleet:{site.id}", robot="Hall", problem="it does not answer")
+    site.container.catalogue.remove_fleet(site.id)
+    assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
