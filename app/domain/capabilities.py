@@ -23,7 +23,8 @@ class Capabilities:
     Attributes: any_vehicle: the fleet chooses the robot of an order. cancel_waiting, cancel_running: one order can be
     cancelled before, and while, it runs. pause, clear_error, prompts: a person can pause and resume the robot, clear
     its errors, answer its questions. failure_text: an order that failed says why. parameters: missions say what they
-    ask for. registers, maps: they can be read. clock: answers have the time. robot_ages: a status says how old it is.
+    ask for. registers, maps: they can be read.
+    clear_others: clearing the queue takes missions of others, too. clock: answers have the time. robot_ages: a status says how old it is.
     """
 
     find_by: FindBy = FindBy.TOKEN
@@ -39,6 +40,7 @@ class Capabilities:
     maps: bool = True
     clock: bool = True
     robot_ages: bool = False
+    clear_others: bool = True
 
 
 OF_A_ROBOT = Capabilities()

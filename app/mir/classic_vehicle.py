@@ -54,6 +54,7 @@ OF_A_VEHICLE = Capabilities(
     clear_error=False,
     failure_text=False,
     registers=False,
+    clear_others=False,
 )
 
 

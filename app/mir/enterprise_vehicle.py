@@ -32,7 +32,7 @@ VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet and
 SILENT_AFTER = 15.0  # s without news of a robot, which reports each second: it has no contact
 ORDER = "/serial-order"
 
-OF_A_VEHICLE = Capabilities(find_by=FindBy.ID, registers=False, maps=False, robot_ages=True)
+OF_A_VEHICLE = Capabilities(find_by=FindBy.ID, registers=False, maps=False, robot_ages=True, clear_others=False)
 
 
 class EnterpriseVehicle(EnterpriseRequests):

@@ -46,8 +46,14 @@ def present(facts: HomeFacts, now: datetime, room: float = 7.0) -> HomeView:
         send_title=_("Send {robot}").format(robot=robot.name),
         tiles=tiles(facts),
         today=today(facts, robot, now, room),
-        clear_count=len(facts.snapshot.queue) + len(facts.not_in_queue) if robot.enabled else 0,
+        clear_count=_cleared(facts) if robot.enabled else 0,
     )
+
+
+def _cleared(facts: HomeFacts) -> int:
+    """How many missions Clear queue would remove."""
+    clears_others = facts.snapshot.capabilities.clear_others
+    return len(facts.snapshot.queue) + len(facts.not_in_queue) if clears_others else len(facts.open_here)
 
 
 def tabs(facts: HomeFacts, opened: int | None, now: datetime) -> list[Tab]:

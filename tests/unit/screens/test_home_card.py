@@ -74,6 +74,13 @@ def test_a_question_that_its_fleet_cannot_answer_is_answered_at_the_robot():
     assert note.problem
 
 
+def test_a_fleet_clears_only_what_was_sent_from_here():
+    all_of_them = present(with_aino(EXECUTING), NOW).clear_count
+    ours = present(with_aino(EXECUTING, capabilities=Capabilities(clear_others=False)), NOW).clear_count
+    assert (all_of_them, ours) == (4, len(FACTS.open_here))
+    assert ours < all_of_them
+
+
 # ---------------------------------------------------------------------- the table of states
 @pytest.mark.parametrize(
     ("facts", "state", "tone", "problem", "foot", "why", "send_off", "send_note"),
