@@ -20,7 +20,7 @@ from app.services.check_up.session import CheckUpSession, Found, amber, green, r
 
 LENGTH_S = 15.0  # that it takes, about
 NOT_MARKED = message(
-    "The app tells its own orders from others by their user only: give the app a user of its own at the fleet."
+    "If the trial shows no mark, only their user tells the app's orders from others: give the app a user of its own."
 )
 
 

@@ -89,7 +89,7 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
     lines = [
         message("Check-up of {robot}", robot=report.robot),
         message("Software {software}, at {address}", software=profile.software or "?", address=report.address)
-        if report.of_fleet
+        if report.of_fleet and profile.software
         else message(
             "{model}, serial number {number}, software {software}, at {address}",
             model=report.model or "?",
