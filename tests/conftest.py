@@ -56,6 +56,15 @@ def pytest_configure(config: pytest.Config) -> None:
         config.option.markexpr = ""
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Some tests can't be about a fleet."""
+    marks = {item: item.get_closest_marker("only_for") for item in items}
+    left_out = [item for item, mark in marks.items() if mark is not None and targets.chosen not in mark.args]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
+
+
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """The tests of one file run in this process: they answer sooner, and a debugger works. Others have one process per core, and all of
     them three, as those of threads, processes and windows wait: on two cores 2:22 instead of 3:06."""

@@ -62,8 +62,6 @@ class Stage(Hall):
         return next(robot for robot in self.container.catalogue.robots() if robot.id == number)
 
     def all_items(self) -> list[QueueItem]:
-        for machine in self.machines.values():
-            machine.catch_up()
         return self.items()
 
     def doubled(self) -> list[str]:
@@ -124,12 +122,13 @@ def play(s: Stage, *steps) -> None:
 
 
 class Story:
-    """``on``: R1, or its group, or each. ``robots``, ``with_window`` and others are of the ``Stage``."""
+    """``on``: R1, or its group, or each. ``mark``: which targets it can be about. ``robots``, ``with_window`` and
+    others are of the ``Stage``."""
 
-    def __init__(self, name: str, *steps, on="robot", robots=1, stays_open=False, doubles=False, **site) -> None:
+    def __init__(self, name: str, *steps, on="robot", robots=1, stays_open=False, doubles=False, mark=None, **site):
         self.name, self.steps, self.site = name, steps, {"robots": robots, **site}
         self.on = each(*([on] if isinstance(on, str) else on))
-        self.stays_open, self.doubles = stays_open, doubles
+        self.stays_open, self.doubles, self.marks = stays_open, doubles, (mark,) if mark else ()
 
     def cases(self) -> Iterator:
         chosen = [self.on, *(one for one in self.steps if isinstance(one, Each))]
@@ -139,7 +138,7 @@ class Story:
         for chosen in sorted(product(*map(range, map(len, axes))), key=lambda chosen: chosen not in quick):
             values = [axis[index] for axis, index in zip(axes, chosen, strict=True) if len(axis) > 1]
             labels = [self.name, *(said(value) for value in values)]
-            marks = () if chosen in quick else pytest.mark.long
+            marks = self.marks if chosen in quick else (*self.marks, pytest.mark.long)
             yield pytest.param(self, chosen, id=", ".join(labels), marks=marks)
 
     def play(self, directory: Path, chosen: tuple[int, ...]) -> None:

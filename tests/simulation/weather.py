@@ -166,7 +166,9 @@ class Weather:
 
     def person_queues(self) -> None:
         for _ in range(self.rng.randrange(1, 4)):
-            self.world.site.stranger_queues(self.rng.choice(list(self.world.missions.values())), self._name())
+            self.world.site.stranger_queues(
+                self.rng.choice(list(self.world.missions.values())), self._name(), at_robot=True
+            )
 
     def person_cancels(self) -> None:
         machine = self._machine(self._name())

@@ -30,13 +30,11 @@ class Hall(Site):
     def queues(self) -> dict[str, list[str]]:
         """Tokens of the items of each robot that has any."""
         return {
-            name: [item.description for item in machine.queue]
-            for name, machine in self.machines.items()
-            if len(machine.queue)
+            name: [item.description for item in self.queue(name)] for name in self.machines if len(self.queue(name))
         }
 
     def items(self) -> list:
-        return [item for machine in self.machines.values() for item in machine.queue]
+        return [item for name in self.machines for item in self.queue(name)]
 
     def run_of(self, schedule: str = "A"):
         return next(row for row in self.executions() if row.schedule == schedule)

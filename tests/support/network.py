@@ -207,7 +207,7 @@ class SimulatedTransport:
     ) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         network.interrupt(f"before {method} {path}")
-        known_as = as_robots_have_it(path)
+        known_as = as_robots_have_it(path, self._machine)
         planned = network.fate_of(self._name, method, known_as)
         fate = planned.fate
         if fate is Fate.LATE and planned.seconds is None:
@@ -297,7 +297,7 @@ class SimulatedTransport:
     ) -> Response:
         """What the robot answers now."""
         network, machine = self._network, self._network.impostors.get(self._name, self._machine)
-        known_as = as_robots_have_it(path)
+        known_as = as_robots_have_it(path, self._machine)
         number = known_as.removeprefix(f"{QUEUE}/")
         if method == "GET" and number.isdigit() and (self._name, int(number)) in network.unreadable:
             return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', self._date())

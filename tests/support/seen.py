@@ -13,8 +13,7 @@ from tests.support.site import Site
 
 def items(site: Site, robot: str = "R1") -> list[QueueItem]:
     """A robot's own history, as it is now."""
-    site.machines[robot].catch_up()
-    return list(site.machines[robot].queue)
+    return list(site.queue(robot))
 
 
 def states(site: Site, robot: str = "R1") -> list[str]:

@@ -395,13 +395,28 @@ class Site:
         self.switch_on()
 
     def stranger_queues(
-        self, mission: str = "Deliver", robot: str = "R1", *, description: str = "", user: str = "admin"
+        self,
+        mission: str = "Deliver",
+        robot: str = "R1",
+        *,
+        description: str = "",
+        user: str = "admin",
+        at_robot: bool = False,
     ) -> int:
-        """Somebody else puts a mission on a robot; returns the number of its item."""
+        """Somebody else orders a mission for a robot, of its fleet if it has one; returns the number of that order."""
         machine = self.machines[robot]
         machine.catch_up()
         person = next(row for row in machine.site.table("/users") if row["username"] == user)
+        if self.fleet is not None and not at_robot:
+            return targets.order(self.fleet, machine, GUIDS[mission], person, description)
         return machine.order(GUIDS[mission], person, description=description).id
+
+    def cancel_all(self, robot: str = "R1") -> None:
+        """Somebody else cancels everything that a robot has to do."""
+        self.machines[robot].catch_up()
+        if self.fleet is not None:
+            targets.cancel_all(self.fleet, self.machines[robot])
+        self.machines[robot].cancel_all()
 
     def make_read_only(self) -> Callable[[], None]:
         """From now on nothing can be written to the disk. Returns what mends it."""

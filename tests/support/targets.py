@@ -5,10 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import pytest
+
 from mir_sim import SimulatedRobot
 from mir_sim.fleets import KINDS, ClassicKnobs, SimulatedFleet, make_fleet
+from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.orders import Order, Vehicle
+from mir_sim.machine import Machine
 from mir_sim.mission_queue import ItemState, QueueItem
+from mir_sim.site import Row
 
 ROBOT = "robot"
 TARGETS = (ROBOT, *KINDS)
@@ -26,12 +31,51 @@ _WHERE = (
 )
 
 
-def as_robots_have_it(path: str) -> str:
-    """The path of a robot for a request with the same meaning."""
+def as_robots_have_it(path: str, machine: Machine) -> str:
+    """The path of a robot for a request with the same meaning. Orders have their numbers in it."""
     for own, robots in _WHERE:
         if path == own or path.startswith(f"{own}/"):
-            return robots if robots == "/status" else robots + path[len(own) :]
+            return robots if robots == "/status" else robots + _with_number(path[len(own) :], machine)
     return path
+
+
+def _with_number(rest: str, machine: Machine) -> str:
+    if not isinstance(machine, EnterpriseFleet):
+        return rest
+    id_ = rest.removeprefix("/")
+    serial = machine.order(id_) or next(iter(machine.phase(id_) or ()), None)
+    order = serial and serial.phases[0].order
+    return f"/{order.number}" if order else rest
+
+
+def order(fleet: SimulatedFleet, robot: SimulatedRobot, mission_id: str, person: Row, description: str) -> int:
+    """Somebody orders a mission for a robot at its fleet; returns the order's number."""
+    vehicle = next(each for each in fleet.vehicles if each.robot is robot)
+    if isinstance(fleet, EnterpriseFleet):
+        assert not description, "ids are unique there"
+        made = fleet.order_of_somebody(mission_id, vehicle).phase.order
+        assert made is not None
+        return made.number
+    own = {"wanted": vehicle, "description": description}
+    return fleet.book.submit(fleet.new_guid(), mission_id, person, fleet.now, **own).number
+
+
+def cancel_all(fleet: SimulatedFleet, robot: SimulatedRobot) -> None:
+    """Somebody cancels all orders for a robot."""
+    for order in fleet.book.open:
+        if order.wanted is not None and order.wanted.robot is robot:
+            fleet.book.cancel(order, fleet.now)
+
+
+# Of stories that can't be about a fleet, and of those about what only one kind of fleet may do.
+OWN_QUEUE = pytest.mark.only_for(
+    ROBOT, reason="no robot of a fleet has a queue of its own that the app reads or clears"
+)
+OWN_ADDRESS = pytest.mark.only_for(ROBOT, reason="a robot of a fleet has no address, password or machine of its own")
+OWN_MISSIONS = pytest.mark.only_for(ROBOT, reason="robots of a fleet have the same missions")
+OWN_CLOCK = pytest.mark.only_for(ROBOT, reason="robots of a fleet are read by its clock")
+OWN_WORDS = pytest.mark.only_for(ROBOT, reason="its check-up has found what a fleet gives back, before the first start")
+NUMBERED = pytest.mark.only_for(ROBOT, "classic", reason="Fleet Enterprise has no numbers, and takes an id only once")
 
 
 def above(robots: Sequence[SimulatedRobot], target: str) -> SimulatedFleet | None:

@@ -25,7 +25,7 @@ def keep_r1(s, held=True, number=1):
 
 def of(name, *wanted):
     """How many items the robot has, and what its start waits for."""
-    return true(lambda s: (len(s.machines[name].queue), *[s.row(name).wait] * len(wanted[1:])) == wanted)
+    return true(lambda s: (len(s.queue(name)), *[s.row(name).wait] * len(wanted[1:])) == wanted)
 
 
 test_absent = cases_of(
@@ -113,7 +113,7 @@ test_absent = cases_of(
                 for at in (14.9, 15.0, 15.1)
             )
         ),
-        [120, true(lambda s: len(s.machines["R1"].queue) == 1 - s.noted[-1])],
+        [120, true(lambda s: len(s.queue("R1")) == 1 - s.noted[-1])],
         robots=2,
         with_window=True,
         stays_open=True,

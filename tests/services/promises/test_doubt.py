@@ -4,13 +4,16 @@ says what its item says (D8)."""
 from __future__ import annotations
 
 from app.domain.models import Connection
+from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.client import RobotClient
+from app.mir.enterprise_vehicle import EnterpriseVehicle
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
+from tests.support import targets
 
 RARELY = set_up(poll_interval_seconds=600)
 NOT_FOR_A_WHILE = [down("R1"), 120, up()]
-CLEANED_UP = do(lambda s: s.machines["R1"].cancel_all())
+CLEANED_UP = do(lambda s: s.cancel_all())
 FAILED_UNKNOWN = [ends(UNKNOWN), tries(1)]
 WINDOW_OVER = (FAILED, ReasonCode.WINDOW_CLOSED)
 CONNECTED = true(lambda s: s.container.snapshots.get(1).connection is Connection.CONNECTED)
@@ -150,13 +153,14 @@ test_given_up = cases_of(
 
 def searches(monkeypatch):
     """The numbers above which a robot's items are asked for from now on."""
-    search, floors = RobotClient.items_after, []
+    where = {"classic": ClassicVehicle, "enterprise": EnterpriseVehicle}.get(targets.chosen, RobotClient)
+    search, floors = where.items_after, []
 
     def noting(client, floor, *more, **tokens):
         floors.append(floor)
         return search(client, floor, *more, **tokens)
 
-    monkeypatch.setattr(RobotClient, "items_after", noting)
+    monkeypatch.setattr(where, "items_after", noting)
     return floors
 
 

@@ -56,7 +56,7 @@ test_extremes = cases_of(
         "another machine at the address leaves the outcome unknown and says why",
         RUNS,
         each([is_now("http://r1", "R2"), is_now("http://r2", None)], is_now("http://r2", None)),
-        [off_for(), 300, UNKNOWN_AS_MOVED, true(lambda s: len(s.machines["R2"].queue) == 0)],
+        [off_for(), 300, UNKNOWN_AS_MOVED, true(lambda s: len(s.queue("R2")) == 0)],
         robots=2,
     ),
     Story(
@@ -69,7 +69,7 @@ test_extremes = cases_of(
             [do(lambda s: s.machines.update(R1=s.machines["R2"])), is_now("http://r1", "R2"), off_for()],
         ),
         [300, ends(UNKNOWN), tries(1), raised("unknown_outcome")],
-        true(lambda s: len(s.machines["R2"].queue) == 3),
+        true(lambda s: len(s.queue("R2")) == 3),
         robots=2,
     ),
     Story(

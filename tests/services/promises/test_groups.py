@@ -222,7 +222,7 @@ test_by_hand = cases_of(
     ),
     GroupStory(
         "put before others it gets the first free robot",
-        [all_busy(5), LONG, plan("B", window=30), 310, first("B", 1), do(lambda s: s.machines["R1"].cancel_all()), 5],
+        [all_busy(5), LONG, plan("B", window=30), 310, first("B", 1), do(lambda s: s.cancel_all()), 5],
         [
             true(lambda s: (s.row("B").robot, s.row("A").robot) == ("R1", "")),
             refused(first("B", 0), "no longer waits"),

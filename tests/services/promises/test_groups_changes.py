@@ -205,9 +205,7 @@ test_waiting = cases_of(
     GroupStory(
         "a robot whose clock was set during a run is no worse than the others that day",
         [robot_off("R3"), plan(), until(lambda s: s.executions(EXECUTING)), do(lambda s: s.noted.append(s.row()))],
-        of_its_robot(
-            lambda s, robot: setattr(next(iter(s.machines[robot.name].queue)), "started", "2016-11-23T06:05:00")
-        ),
+        of_its_robot(lambda s, robot: setattr(next(iter(s.queue(robot.name))), "started", "2016-11-23T06:05:00")),
         [240, true(lambda s: s.row().duration_s > 9 * 365 * DAY)],
         of_its_robot(
             lambda s, robot: [s.stranger_queues(robot={"R1": "R2", "R2": "R1"}[robot.name]) for _n in range(5)]

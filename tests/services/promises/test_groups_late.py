@@ -93,7 +93,7 @@ test_late = cases_of(
     ),
     GroupStory(
         "another machine at the address has its own numbers",
-        [ONLY_R1, stranger(count=30), do(lambda s: s.machines["R1"].cancel_all()), 30, LONG, post(LOST)],
+        [ONLY_R1, stranger(count=30), do(lambda s: s.cancel_all()), 30, LONG, post(LOST)],
         until(lambda s: s.executions() and s.row().tried, 500),
         true(lambda s: s.row().tried["1"]["floor"] >= 30),
         true(lambda s: s.row().tried["1"]["serial"] == s.robot("R1").serial_number),

@@ -61,9 +61,7 @@ FORGETS_WHOSE = do(lambda s: setattr(s.network, "forgets_descriptions", True))
 
 def finished(number):
     """Items of R1."""
-    return true(
-        lambda s: len([item for item in s.all_items() if item in s.machines["R1"].queue and item.finished]) == number
-    )
+    return true(lambda s: len([item for item in s.all_items() if item in s.queue("R1") and item.finished]) == number)
 
 
 # R2 works all the time, so that the history, which keeps one row, soon forgets everything about R1.

@@ -13,7 +13,7 @@ RESTING = [do(lambda s: s.add_mission("Home")), set_up(poll_interval_seconds=120
 TRIED = until(lambda s: s.executions() and s.row().attempts)
 AT_HOME = until(lambda s: [str(item.state) for item in s.all_items()] == ["Done"])
 TEN_OLDEST = do(lambda s: setattr(s.network, "short_lists", 10))
-CLEANED_UP = do(lambda s: s.machines["R1"].cancel_all())
+CLEANED_UP = do(lambda s: s.cancel_all())
 
 
 def requests(number):

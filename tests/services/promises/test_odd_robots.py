@@ -9,7 +9,7 @@ from app.domain.models import Connection, Overlap
 from app.mir.errors import RobotError
 from tests.services.story import *
 
-CLEANED_UP = do(lambda s: s.machines["R1"].cancel_all())
+CLEANED_UP = do(lambda s: s.cancel_all())
 CONNECTED = true(lambda s: s.container.snapshots.get(1).connection is Connection.CONNECTED)
 
 

@@ -11,7 +11,7 @@ from tests.services.story import *
 
 ONCE = true(lambda s: len(s.network.posts()) == 1)
 TEN_OLDEST = do(lambda s: setattr(s.network, "short_lists", 10))
-CLEANED_UP = do(lambda s: s.machines["R1"].cancel_all())
+CLEANED_UP = do(lambda s: s.cancel_all())
 OFF_AND_ON = [app_off(), do(lambda s: s.clock.advance(250)), app_on()]
 
 
