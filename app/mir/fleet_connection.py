@@ -39,14 +39,14 @@ class FleetConnection:
         self._lock = threading.Lock()
 
     def shared(self, client: Pausing, question: str, ask: Callable[[], T], within: float = FRESH) -> T:
-        """An answer that is at most ``within`` seconds old, or else that of ``ask``. A thread that comes while another
-        one asks waits, and gets the same answer. Raises the RobotError of ``ask``, in which ``client`` does not pause:
-        what it did then might need the same answer."""
+        """An answer that is at most ``within`` seconds old (an error: ``FRESH``), or else that of ``ask``. A thread that
+        comes while another one asks waits, and gets the same answer. Raises the RobotError of ``ask``, in which
+        ``client`` does not pause: what it did then might need the same answer."""
         with self._lock:
             lock = self._locks[question]
         with lock:
             asked_at, answer = self._answers.get(question, (-1e9, None))
-            if self.clock() - asked_at > within:
+            if self.clock() - asked_at > (min(within, FRESH) if isinstance(answer, RobotError) else within):
                 began, on_pause = self.clock(), client.on_pause
                 client.on_pause = lambda: None
                 try:

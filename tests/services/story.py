@@ -17,7 +17,7 @@ from tests.services.stage import *
 from tests.support.moments import once
 from tests.support.network import Fate
 from tests.support.site import GUIDS
-from tests.support.targets import NUMBERED, OWN_ADDRESS, OWN_CLOCK, OWN_MISSIONS, OWN_QUEUE, OWN_WORDS
+from tests.support.targets import *
 
 WORDS = {
     "rule": "recurrence",

@@ -44,6 +44,7 @@ test_copies_and_others = cases_of(
         "while it is not known whether tokens come back, what may be ours is taken for it",
         [FORGETS, plan(), post(LOST), 306, put_there(), 900, ends(DONE)],
         true(lambda s: (s.row().queue_id, s.alarms()) == (s.noted[-1], ["adopted_unproven"])),
+        mark=OWN_WORDS,
     ),
     Story(
         "where the last item can't be read it is known from before that descriptions are forgotten",
@@ -75,11 +76,13 @@ test_robots_that_begin_again = cases_of(
         "queue numbers that start again are an unknown outcome, and nothing is sent instead",
         [stranger(count=3), clear_queue(), plan(), post(ANSWER_LOST), until(lambda s: len(s.all_items()) == 4, 310)],
         [BEGINS_AGAIN, 200, ends(UNKNOWN), tries(1), raised("unknown_outcome"), runs(0)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "idle automation goes on when queue numbers start again",
         [stranger(count=5), clear_queue(), rest("Deliver"), 1200, ends(DONE), true(lambda s: s.row().queue_id == 6)],
         [BEGINS_AGAIN, 1200, ends(DONE, DONE), true(lambda s: s.row().queue_id == 1)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "a robot that reboots in the middle gets nothing twice",

@@ -206,8 +206,8 @@ class SimulatedTransport:
         with_credentials: bool = True,
     ) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
-        network.interrupt(f"before {method} {path}")
         known_as = as_robots_have_it(path, self._machine)
+        network.interrupt(f"before {method} {known_as}")
         planned = network.fate_of(self._name, method, known_as)
         fate = planned.fate
         if fate is Fate.LATE and planned.seconds is None:
@@ -247,7 +247,7 @@ class SimulatedTransport:
             self._answer_takes(self._slowness.uniform(*latency), timeout)
         if fate in (Fate.FINE, Fate.SLOW) and known_as.startswith(QUEUE) and self._name not in network.impostors:
             network.answered[self._name] = self._clock.elapsed()
-        network.interrupt(f"after {method} {path}")
+        network.interrupt(f"after {method} {known_as}")
         match fate:
             case Fate.ANSWER_LOST:
                 network.time_out(timeout.read)

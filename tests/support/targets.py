@@ -67,13 +67,15 @@ def cancel_all(fleet: SimulatedFleet, robot: SimulatedRobot) -> None:
             fleet.book.cancel(order, fleet.now)
 
 
+__all__ = ["NUMBERED", "OWN_ADDRESS", "OWN_MISSIONS", "OWN_NETWORK", "OWN_QUEUE", "OWN_WORDS"]  # for stories
+
 # Of stories that can't be about a fleet, and of those about what only one kind of fleet may do.
 OWN_QUEUE = pytest.mark.only_for(
     ROBOT, reason="no robot of a fleet has a queue of its own that the app reads or clears"
 )
 OWN_ADDRESS = pytest.mark.only_for(ROBOT, reason="a robot of a fleet has no address, password or machine of its own")
 OWN_MISSIONS = pytest.mark.only_for(ROBOT, reason="robots of a fleet have the same missions")
-OWN_CLOCK = pytest.mark.only_for(ROBOT, reason="robots of a fleet are read by its clock")
+OWN_NETWORK = pytest.mark.only_for(ROBOT, reason="a fleet is reached for all of its robots or for none")
 OWN_WORDS = pytest.mark.only_for(ROBOT, reason="its check-up has found what a fleet gives back, before the first start")
 NUMBERED = pytest.mark.only_for(ROBOT, "classic", reason="Fleet Enterprise has no numbers, and takes an id only once")
 
@@ -112,6 +114,14 @@ class OrderItem:
     @property
     def mission_id(self) -> str:
         return self.order.mission_id
+
+    @property
+    def parameters(self) -> list[Row]:
+        return self.order.parameters
+
+    @property
+    def priority(self) -> int:
+        return self.order.priority
 
     @property
     def item(self) -> QueueItem | None:

@@ -35,7 +35,11 @@ test_clear_queue = cases_of(
         [plan(window=60), post(REFUSED), 300.5, waits(Wait.RETRY), others_continue(), 0.9, meets(*CLEAR, SLOW, 2.0)],
         [clear_queue(), 600, runs(0)],
     ),
-    Story("refused: waiting starts continue", [FLAT, clear_refused(), states(WAITING), battery(90), 60, runs(1), 200]),
+    Story(
+        "refused: waiting starts continue",
+        [FLAT, clear_refused(), states(WAITING), battery(90), 60, runs(1), 200],
+        mark=OWN_QUEUE,
+    ),
     Story(
         "refused: a cancelled start in doubt stays cancelled",
         [plan(window=60), post(LOST), 310],
@@ -62,6 +66,7 @@ test_clear_queue = cases_of(
         "refused: a start held in that moment stays held",
         [FLAT, clear_refused(2, keep()), battery(90), 120, runs(0)],
         stays_open=True,
+        mark=OWN_QUEUE,
     ),
     Story(
         "refused: a start undone in that moment waits again",
@@ -74,18 +79,21 @@ test_clear_queue = cases_of(
         plan(window=60),
         each([post(LOST), 394], [299.9]),
         [states(SUBMITTING), others_continue(), clear_refused(4), 600, runs(1)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "refused: the list of late starts continues",
         [plan(window=60), 200, off_for(200), 5, waits(Wait.LATE_START), clear_refused(), 10, runs(0)],
         with_window=True,
         stays_open=True,
+        mark=OWN_QUEUE,
     ),
     Story(
         "its answer lost: waiting starts are not sent",
         READ_OFTEN,
         [WHEN_FREE, TWO, 303, states(EXECUTING, WAITING), others_continue(), meets(*CLEAR, ANSWER_LOST)],
         [refused(clear_queue(), error=RobotError), 600, runs(1)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "items cleared while the robot is read end as cleared",
@@ -155,6 +163,7 @@ class Killed(BaseException):
     pass
 
 
+@OWN_QUEUE
 def test_a_clear_that_was_killed_blocks_nothing_for_ever(tmp_path):
     s = Stage(tmp_path, "robot", 1)
 

@@ -29,7 +29,7 @@ def glitch(seconds, lasts=60):
 
 def of_the_robots(offset):
     def act(s):
-        for machine in s.machines.values():
+        for machine in s.all_machines:
             machine.clock.offset = offset
 
     return do(act)

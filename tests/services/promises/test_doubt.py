@@ -147,6 +147,7 @@ test_given_up = cases_of(
         "it is found although the robot's numbers have begun again",
         [stranger(count=3), CLEANED_UP, plan(window=1), post(LATE, 300.0), 420, ends(WINDOW_OVER), begin_again(), 175],
         [down("R1"), 180, items("Done"), up(), 100, ends(DONE)],
+        mark=OWN_QUEUE,
     ),
 )
 

@@ -238,6 +238,7 @@ test_a_robot_edited = cases_of(
         true(lambda s: [(row.schedule, row.state) for row in s.executions()] == [("B", SUBMITTING)]),
         robots=2,
         stays_open=True,
+        mark=OWN_NETWORK,
     ),
     Story(
         "a run is followed if the queue can't be read",

@@ -51,6 +51,7 @@ test_extremes = cases_of(
         ],
         robots=2,
         doubles=True,  # one machine at two addresses
+        mark=OWN_ADDRESS,
     ),
     Story(
         "another machine at the address leaves the outcome unknown and says why",

@@ -91,6 +91,7 @@ test_assigned_and_not_begun = cases_of(
 
 
 @pytest.mark.parametrize("cleanly", [True, False])
+@OWN_NETWORK
 def test_an_assigned_start_is_for_all_again_after_a_restart(tmp_path, cleanly):
     s = Stage(tmp_path, "group", 3)
 
@@ -146,6 +147,7 @@ test_waiting = cases_of(
             states(FAILED),
         ],
         true(lambda s: s.row().reason.details["robot"] == "R3"),
+        mark=OWN_MISSIONS,
     ),
     GroupStory(
         "a robot whose connection is renewed is read as often as the others",
@@ -156,6 +158,7 @@ test_waiting = cases_of(
             )
         ),
         [0.5, release(), 4, true(lambda s: s.row().state is not WAITING), 200],
+        mark=OWN_ADDRESS,
     ),
     GroupStory(
         "in doubt it is not listed as waiting",

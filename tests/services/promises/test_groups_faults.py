@@ -128,6 +128,7 @@ test_silent = cases_of(
         true(lambda s: [post.at > 305 for post in s.network.posts("R1")] == [True]),
         true(lambda s: [p.at < 300 + LOOKS_FOR / 2 for p in s.network.posts() if p.robot != "R1"] == [True]),
         200,
+        mark=OWN_NETWORK,
     ),
     GroupStory("none is called silent between two reads", [all_busy(), plan(), 303, NONE_SILENT], stays_open=True),
     GroupStory(
@@ -140,10 +141,12 @@ test_silent = cases_of(
             )
         ),
         stays_open=True,
+        mark=OWN_MISSIONS,
     ),
     GroupStory(
         "if none would be left they are still asked",
         [lost_by("R1", "R2", "R3"), plan(), 320, ends((FAILED, ReasonCode.UNKNOWN_MISSION))],
+        mark=OWN_MISSIONS,
     ),
     GroupStory(
         "an old list excludes no robot",
@@ -155,6 +158,7 @@ test_silent = cases_of(
         lost_by("R1"),
         do(lambda s: s.machines["R1"].site.table("/missions").add({"guid": GUIDS["Deliver"], "name": "Deliver"})),
         [hold("R2"), hold("R3"), plan(), 320, states(EXECUTING), robots("R1"), 200],
+        mark=OWN_MISSIONS,
     ),
 )
 
@@ -274,6 +278,7 @@ test_worker = cases_of(
         each([], [later(2.0, hold("R1")), later(40.0, release())]),
         [60, states(EXECUTING), tries(1), runs(1), 200],
         on="group",
+        mark=OWN_ADDRESS,
     ),
     Story(
         "an old row begun after a failure of the database is not taken for a lost one",
@@ -299,6 +304,7 @@ def asked_of(s) -> list:
     return asked
 
 
+@OWN_ADDRESS
 def test_a_new_worker_of_a_robot_begins_when_the_one_before_has_ended(s):
     """Two could have the same start in hand."""
     s.run(DUE)

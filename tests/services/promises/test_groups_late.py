@@ -98,6 +98,7 @@ test_late = cases_of(
         true(lambda s: s.row().tried["1"]["floor"] >= 30),
         true(lambda s: s.row().tried["1"]["serial"] == s.robot("R1").serial_number),
         stays_open=True,
+        mark=OWN_ADDRESS,
     ),
     GroupStory(
         "everything sent to a robot has ids above its first floor",

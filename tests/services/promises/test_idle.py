@@ -109,6 +109,7 @@ test_rest = cases_of(
         "a queue that really begins again ends it",
         [RESTING, stranger(count=3), sent_so_often(1), 300],
         [do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 900, requests(2)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "an item that can't be read does not make the queue seem to begin again",

@@ -115,6 +115,7 @@ test_refused = cases_of(
         do(lambda s: s.container.catalogue.save_robot(s.robot("R1"), password="changed on the robot")),
         [app_off(), app_on(), plan(), 305, ends((FAILED, ReasonCode.UNAUTHORIZED))],
         true(lambda s: s.alarms().count("unauthorized") == 1),
+        mark=OWN_ADDRESS,
     ),
     Story(
         "another machine at the address gets nothing",
@@ -167,6 +168,7 @@ test_unknown = cases_of(
         "an item missing on the robot has vanished",
         [plan(), 306, do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 60],
         ends((FAILED, ReasonCode.VANISHED)),
+        mark=OWN_QUEUE,
     ),
     Story(
         "the robot stays silent until the window is over",

@@ -5,7 +5,6 @@ contradicted it. Every other start that its clock passes over has a row."""
 from __future__ import annotations
 
 from app.services.dispatch.timing import CLOCKS_AGREE
-from mir_sim import SimulatedRobot
 from tests.services.story import *
 
 HOUR = 3600.0
@@ -18,8 +17,8 @@ CONFIRM = do(lambda s: s.container.holds.confirm_clock())
 
 @step
 def robots_are_right(s):
-    for number, name in enumerate(s.machines, 1):
-        s.machines[name] = SimulatedRobot(name, seed=number, clock=s.seconds, start=BEGIN, battery=90.0)
+    for machine in s.all_machines:
+        machine.clock.start = BEGIN
 
 
 @step
@@ -30,8 +29,8 @@ def right(s):
 
 @step
 def robots_off_by(s, seconds, *names):
-    for name in names or s.machines:
-        s.machines[name].clock.offset = seconds
+    for machine in [s.machines[name] for name in names] or s.all_machines:
+        machine.clock.offset = seconds
 
 
 def daily(at):

@@ -123,6 +123,7 @@ test_started_on_another = cases_of(
         [2, CANCEL, 40, instead(THIRD), 200, runs(2)],
         **GROUP,
         stays_open=True,
+        mark=OWN_NETWORK,
     ),
     Story(
         "removing the robot that may have it does not count as a failure",
@@ -189,6 +190,7 @@ test_started_on_another = cases_of(
         true(lambda s: reports_of(s) == [(s.noted[0].robot, s.container.ledger.get(s.noted[-1].id).robot)]),
         **GROUP,
         stays_open=True,
+        mark=OWN_NETWORK,
     ),
     Story(
         "two robots having it is reported with any history",
@@ -222,6 +224,7 @@ test_started_on_another = cases_of(
 )
 
 
+@OWN_NETWORK
 def test_two_presses_at_once_start_it_once(group, monkeypatch):
     """The second one has read the row before the first one wrote."""
     play(group, IN_DOUBT)
@@ -236,6 +239,7 @@ def test_two_presses_at_once_start_it_once(group, monkeypatch):
     play(group, refused(instead(), ALREADY), 30, runs(1))
 
 
+@OWN_NETWORK
 def test_the_history_knows_what_was_started_instead_of_what(group):
     play(group, IN_DOUBT)
     [row], history = group.noted, group.container.history

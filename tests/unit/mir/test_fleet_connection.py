@@ -54,6 +54,16 @@ def test_an_error_serves_those_that_have_waited_for_it(asking: Asking) -> None:
     assert asking.asked == 1
 
 
+def test_an_error_serves_for_a_second_even_where_answers_serve_longer(asking: Asking) -> None:
+    """A fleet that is reached again is asked again, whatever failed before."""
+    asking.problem = TimedOut(seconds=5)
+    with pytest.raises(TimedOut):
+        asking.connection.shared(asking, "user", asking.ask, 10.0)
+    asking.problem = None
+    asking.now += FRESH + 0.1
+    assert [asking.connection.shared(asking, "user", asking.ask, 10.0) for _ in range(2)] == [2, 2]
+
+
 def test_nothing_else_is_done_while_others_may_wait_for_the_answer(asking: Asking) -> None:
     """What a worker does in a pause may need the same answer."""
     asking.get()
