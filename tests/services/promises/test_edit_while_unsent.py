@@ -317,7 +317,7 @@ def test_a_mission_edited_between_intent_and_request_leaves_as_it_is_then(group)
     play(group, 330, did("Home"))
 
 
-@pytest.mark.parametrize("by", [None, *at_night(60)])
+@pytest.mark.parametrize("by", at_night(None, 60))
 def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, monkeypatch, by):
     play(group, plan(window=30, finish_by=10), ALL_HELD, later(900, release()))
 
