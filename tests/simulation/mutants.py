@@ -11,11 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from tests.simulation.profile import ACTS, Profile
-from tests.simulation.profile import CALM as CALM_ACTS
-
-# The stories of the seeds below are of before starts could be moved.
-CALM_HOURS = replace(CALM_ACTS, acts={name: often for name, often in ACTS.items() if name != "move_start"})
+from tests.simulation.profile import Profile
 
 CLOCKS = Profile(events_per_hour=6).only(
     acts="move switch_schedule delete plan_once",
@@ -24,6 +20,14 @@ CLOCKS = Profile(events_per_hour=6).only(
     crash_rate=0.0,
     rough_s=2400.0,
     calm_s=1200.0,
+)
+# A clock is trusted unproven when the app starts with a wrong one and no robot answers.
+UNPROVEN = Profile(events_per_hour=120, longest_outage=300.0).only(
+    acts="",
+    events="big_step power_cut outage",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 3, "fleet": "normal", "robots": 1, "poll_interval": 120, "retry_limit": 20},
 )
 ABSENCES = Profile(acts_per_hour=12, events_per_hour=6).only(
     acts="pause skip",
@@ -102,6 +106,13 @@ LATE_AND_PAUSED = Profile(events_per_hour=30).only(
     fault_rate=0.0,
     crash_rate=0.0,
     site={"every_minutes": 3, "fleet": "normal", "poll_interval": 10, "quiet_s": 90, "history_limit": None},
+)
+LATE_AND_IDLE = Profile(acts_per_hour=6, events_per_hour=120).only(
+    acts="idle_rule",
+    events="very_late_request",
+    fault_rate=0.0,
+    crash_rate=0.0,
+    site={"every_minutes": 60, "fleet": "normal", "robots": 1, "poll_interval": 10, "quiet_s": 30},
 )
 BACK = Profile(acts_per_hour=30, events_per_hour=12).only(
     acts="back_up run_now",
@@ -612,9 +623,7 @@ MUTANTS = (
         "not self.is_proven and self._votes",
         "False and self._votes",
         "sent while the clock was",
-        CALM_HOURS,
-        seed=20092,
-        hours=19.0,
+        UNPROVEN,
     ),
     Mutant(
         "an idle mission that arrives after it was overtaken belongs to no row",
@@ -622,9 +631,9 @@ MUTANTS = (
         "for effect in rule.effects:",
         "for effect in [each for each in rule.effects if each is not note_ran_idle]:",
         "two idle missions",
-        CALM_HOURS,
-        seed=20212,
-        hours=63.0,
+        LATE_AND_IDLE,
+        seed=4,
+        hours=8.0,
     ),
     Mutant(
         "tokens that are not predictable",
