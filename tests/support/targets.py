@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from app.mir.enterprise_vocabulary import number_of
 from mir_sim import SimulatedRobot
 from mir_sim.fleets import KINDS, ClassicKnobs, SimulatedFleet, make_fleet
 from mir_sim.fleets.enterprise import EnterpriseFleet
@@ -55,7 +56,7 @@ def order(fleet: SimulatedFleet, robot: SimulatedRobot, mission_id: str, person:
         assert not description, "ids are unique there"
         made = fleet.order_of_somebody(mission_id, vehicle).phase.order
         assert made is not None
-        return made.number
+        return OrderItem(fleet, made).id
     own = {"wanted": vehicle, "description": description}
     return fleet.book.submit(fleet.new_guid(), mission_id, person, fleet.now, **own).number
 
@@ -105,7 +106,8 @@ class OrderItem:
 
     @property
     def id(self) -> int:
-        return self.order.number
+        """As the app knows it."""
+        return number_of(self.description) if isinstance(self.fleet, EnterpriseFleet) else self.order.number
 
     @property
     def description(self) -> str:

@@ -48,6 +48,7 @@ test_copies = cases_of(
         "of two that both wait the earlier one stays",
         [RARELY, robot_pauses(), plan(), post(LATE, 110.0), 500, items("Pending", "Aborted"), robot_goes_on(), 600],
         [ends(DONE), true(lambda s: s.row().queue_id == 1)],
+        mark=NUMBERED,
     ),
     Story(
         "a first try that arrives after the second is cancelled even if robots are rarely polled",
@@ -65,6 +66,7 @@ test_copies = cases_of(
         "a running copy of a cancelled start is stopped",
         [plan(), post(LATE, 130.0), 400, cancel(), 300, items("Aborted", "Aborted"), ends(CANCELLED), tries(2)],
         raised("late_cancelled"),
+        mark=NUMBERED,
     ),
     Story(
         "a copy that could not be cancelled and ran is not reported as cancelled",

@@ -10,6 +10,8 @@ DUE, EARLIER = 300.0, 0.05  # s: the instant, and how long before it the start i
 IN_HAND = [plan(battery=20), DUE - EARLIER, states(SUBMITTING)]
 MOMENT = do(lambda s: s.clock.advance(0.01))
 
+PRESSED = "7c9e6679-7425-40de-944b-e07fc1f90ae7"  # the token of a press
+
 
 def at_five_past(number):
     """So many rows are of that instant."""
@@ -104,8 +106,13 @@ test_in_hand = cases_of(
     ),
     Story(
         "a start made by a chore is sent at once",
-        [20, as_a_chore(lambda s: play(s, run_now_as("t"))), do(lambda s: s.engine.advance()), 0.1],
-        [true(lambda s: [item.description for item in s.items()] == ["t"]), 200],
+        [
+            20,
+            as_a_chore(lambda s: play(s, run_now_as(PRESSED))),
+            do(lambda s: s.engine.advance()),
+            0.1,
+        ],
+        [true(lambda s: [item.description for item in s.items()] == [PRESSED]), 200],
     ),
 )
 

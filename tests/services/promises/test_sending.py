@@ -127,6 +127,7 @@ test_refused = cases_of(
         "what another machine takes at the last moment is not a person's item with the same number on the robot",
         [stranger(count=2), plan(), 299.9, REPLACED, 10, true(lambda s: s.row().queue_id == 1), BACK, 120],
         [items("Done", "Done"), ends((FAILED, ReasonCode.VANISHED)), tries(1)],
+        mark=OWN_ADDRESS,
     ),
     Story(
         "a retry limit of zero means no second try",
@@ -163,6 +164,7 @@ test_unknown = cases_of(
         do(lambda s: s.container.make_client(s.robot("R1")).enqueue(s.row().mission_guid, description=s.row().token)),
         [60, items("Pending", "Aborted"), raised("duplicate_healed")],
         stays_open=True,
+        mark=NUMBERED,
     ),
     Story(
         "an item missing on the robot has vanished",

@@ -17,6 +17,7 @@ IN_DOUBT = [plan(window=60), post(LOST), 302, FALLS_SILENT, 8, states(SUBMITTING
 IS_THERE = [plan(window=10), post(ANSWER_LOST), 300, FALLS_SILENT, 20, NOTE]
 LIMITS = each(set_up(history_limit=None), set_up(history_limit=1))
 SECOND, THIRD = 0, 1
+PRESSED = "7c9e6679-7425-40de-944b-e07fc1f90ae7"  # the token of a press
 GROUP = {"on": "group", "robots": 3}
 
 
@@ -57,11 +58,11 @@ CANCEL = do(lambda s: s.container.operator.cancel_execution(s.noted[-1].id))
 test_started_on_another = cases_of(
     Story(
         "it is not sent again",
-        [IN_DOUBT, instead(token="pressed"), 30],
+        [IN_DOUBT, instead(token=PRESSED), 30],
         each(
             [], [3700, true(lambda s: s.row("A").reason.code is ReasonCode.UNKNOWN_OUTCOME)], [app_off(False), app_on()]
         ),
-        [instead(token="pressed"), true(lambda s: s.noted[-1].token == "pressed")],  # the same press, arrived twice
+        [instead(token=PRESSED), true(lambda s: s.noted[-1].token == PRESSED)],  # the same press, arrived twice
         [refused(instead(), ALREADY), 600, runs(1)],
         **GROUP,
         stays_open=True,
@@ -115,6 +116,7 @@ test_started_on_another = cases_of(
         [60, runs(0), instead(THIRD), refused(instead(SECOND)), 60, runs(1)],
         **GROUP,
         stays_open=True,
+        mark=OWN_MISSIONS,
     ),
     Story(
         "a third one may with any history",
@@ -244,8 +246,8 @@ def test_the_history_knows_what_was_started_instead_of_what(group):
     play(group, IN_DOUBT)
     [row], history = group.noted, group.container.history
     assert history.replacements([row]) == {}
-    play(group, instead(token="pressed"), 30)
-    new = group.container.ledger.by_token("pressed")
+    play(group, instead(token=PRESSED), 30)
+    new = group.container.ledger.by_token(PRESSED)
     [found] = set(history.replacements([row]).values())
     assert (found.id, found.robot, found.other, found.other_robot) == (row.id, row.robot, new.id, new.robot)
     assert history.replacements([new])[new.id] == found, "also where the list holds only one of them"
