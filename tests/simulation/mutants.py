@@ -107,12 +107,13 @@ LATE_AND_PAUSED = Profile(events_per_hour=30).only(
     crash_rate=0.0,
     site={"every_minutes": 3, "fleet": "normal", "poll_interval": 10, "quiet_s": 90, "history_limit": None},
 )
-LATE_AND_IDLE = Profile(acts_per_hour=6, events_per_hour=120).only(
+# Polls are so rare that what arrives late has run before it is seen.
+LATE_AND_IDLE = Profile(acts_per_hour=20, events_per_hour=30).only(
     acts="idle_rule",
-    events="very_late_request",
+    events="very_late_request person_queues",
     fault_rate=0.0,
     crash_rate=0.0,
-    site={"every_minutes": 60, "fleet": "normal", "robots": 1, "poll_interval": 10, "quiet_s": 30},
+    site={"every_minutes": 60, "fleet": "normal", "robots": 4, "poll_interval": 120, "quiet_s": 30},
 )
 BACK = Profile(acts_per_hour=30, events_per_hour=12).only(
     acts="back_up run_now",
@@ -632,8 +633,7 @@ MUTANTS = (
         "for effect in [each for each in rule.effects if each is not note_ran_idle]:",
         "two idle missions",
         LATE_AND_IDLE,
-        seed=4,
-        hours=8.0,
+        seed=2,
     ),
     Mutant(
         "tokens that are not predictable",
