@@ -45,6 +45,7 @@ test_clear_queue = cases_of(
         [plan(window=60), post(LOST), 310],
         each(cancel(), clear_queue()),
         [clear_refused(), 600, runs(0)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "refused: a cancel that the robot has not received stays",
@@ -73,6 +74,7 @@ test_clear_queue = cases_of(
         FLAT,
         each([clear_refused(off(), on())], [clear_refused(delete()), undo()], [clear_refused(cancel()), want_again()]),
         [battery(90), 300, runs(1)],
+        mark=OWN_QUEUE,
     ),
     Story(
         "refused: a start being sent is sent",

@@ -75,6 +75,7 @@ test_odd = cases_of(
         do(lambda s: (s.only(s.noted[0]), s.network.next("POST", "/mission_queue", LATE, 120.0, robot=s.noted[0]))),
         [LONG, 110, robot_on("R1", "R2"), 1200, raised("unknown_outcome"), runs(2)],
         true(lambda s: (s.row("A").robot, s.row("A").reason.code) == (s.noted[0], ReasonCode.UNKNOWN_OUTCOME)),
+        mark=OWN_WORDS,
     ),
     GroupStory(
         "a decision that can't be written is tried again",

@@ -77,6 +77,7 @@ test_restored = cases_of(
         [stranger(count=5), CLEANED_UP, plan(at="06:02"), plan("B", "06:10", window=60), 500, backup()],
         [do(lambda s: setattr(s.machines["R1"], "queue", MissionQueue())), 300, items("Done"), restored(), 120],
         [states(COMPLETED, COMPLETED), items("Done")],
+        mark=OWN_QUEUE,
     ),
     Story(
         "a start waiting in the backup that ran since is not sent again",
