@@ -12,6 +12,8 @@ import pytest
 from app.domain.models import ANY_VEHICLE, Group, Robot, Schedule, State
 from app.mir.classic_vehicle import ClassicVehicle
 from app.services.files.history_export import write_history
+from mir_sim.fleets.classic_orders import Shown
+from mir_sim.fleets.orders import OrderState
 from tests.support.site import Site
 
 
@@ -69,3 +71,20 @@ def test_the_fleet_looks_after_the_batteries_of_those_it_chooses(site, vehicle, 
     site.run(90)
     (row,) = site.executions()
     assert (row.state is not State.WAITING) is (vehicle == ANY_VEHICLE)
+
+
+def test_what_a_named_robot_has_is_not_cancelled_though_its_robot_is_not_shown_yet(site, monkeypatch):
+    full = Shown.full
+    monkeypatch.setattr(Shown, "full", lambda self: full(self) | {"robot_id": 0})
+    monkeypatch.setattr(site.fleet.book, "_assign", lambda *_args, **_options: None)  # it lets orders wait
+    add(site, ANY_VEHICLE)
+    save = site.container.catalogue
+    named = save.save_robot(Robot("Named", "", fleet=site.hall, vehicle=site._vehicle_ids["R1"]))
+    group = save.save_group(Group("G", (named.id,)))
+    start = (site.clock.now() + timedelta(minutes=1)).replace(tzinfo=None, second=0, microsecond=0)
+    plan = Schedule("S", None, 1, start, "UTC", respect_working_days=False, group_id=group.id)
+    save.save_schedule(plan)
+    site.run_until(lambda: [row.state for row in site.executions()] == [State.QUEUED])
+    site.run(60)
+    assert [row.state for row in site.executions()] == [State.QUEUED]
+    assert [order.state for order in site.fleet.book] == [OrderState.WAITING]

@@ -287,7 +287,7 @@ class Duplicates:
         """Whether another robot of the same fleet has it, or the fleet chooses among all: that one's worker looks after
         it."""
         robot = self._seen.robot
-        if robot.fleet is None or robot.is_any:
+        if robot.fleet is None:
             return False
         if not self._is_of_robot(item):
             return True
@@ -419,7 +419,8 @@ class Duplicates:
             return item.state is QueueState.ABORTED or bool(
                 self._ledger.apply([transitions.adopt(row, self._seen.robot, item, self._s.clock.now())])
             )
-        if row.state is State.SUBMITTING and not item.is_pending:
+        may_be_theirs = self._seen.robot.fleet is not None and not item.vehicle
+        if row.state is State.SUBMITTING and (may_be_theirs or not item.is_pending):
             return False  # it is searched for there, and may not be found
         if row.state.is_open or row.queue_id is not None:
             return self.cancel_copy(item, row)
