@@ -245,7 +245,7 @@ class ClassicVehicle(StoredData):
         try:
             answer = self._send("POST", ORDERS, json=body, is_wanted=is_wanted)
         finally:
-            self._connection.forget("open", "highest")
+            self._connection.forget("open", "highest", "newest")
         if answer.status not in (201, self._profile.order_status):
             problem = message("status {status} instead of 201", status=answer.status)
             raise Unreadable(problem=problem, address=self.address.netloc)

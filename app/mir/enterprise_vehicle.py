@@ -181,7 +181,7 @@ class EnterpriseVehicle(EnterpriseRequests):
             if answer.status != 201:
                 self._shown(description)
         finally:
-            self._connection.forget("active")
+            self._connection.forget("active", "orders")
         return words.number_of(description)
 
     def _shown(self, token: str) -> QueueItem:

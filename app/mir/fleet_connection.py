@@ -35,19 +35,21 @@ class FleetConnection:
         self.clock, self.pace = clock, pace or Pace(clock)
         self.notes: dict[Any, Any] = {}  # what clients remember for each other, each under a key of its own
         self._answers: dict[str, tuple[float, Any]] = {}  # by question: when it was asked, and the value or error
+        self._forgotten: dict[str, int] = defaultdict(int)  # by question: how often
         self._locks: dict[str, threading.Lock] = defaultdict(threading.Lock)
         self._lock = threading.Lock()
 
     def shared(self, client: Pausing, question: str, ask: Callable[[], T], within: float = FRESH) -> T:
-        """An answer that is at most ``within`` seconds old (an error: ``FRESH``), or else that of ``ask``. A thread that
-        comes while another one asks waits, and gets the same answer. Raises the RobotError of ``ask``, in which
-        ``client`` does not pause: what it did then might need the same answer."""
+        """An answer that was at most ``within`` seconds old (an error: ``FRESH``) at this call, or else that of ``ask``.
+        A thread that comes while another one asks waits, and gets the same answer. Raises the RobotError of ``ask``, in
+        which ``client`` does not pause: what it did then might need the same answer."""
+        came = self.clock()
         with self._lock:
             lock = self._locks[question]
         with lock:
             asked_at, answer = self._answers.get(question, (-1e9, None))
-            if self.clock() - asked_at > (min(within, FRESH) if isinstance(answer, RobotError) else within):
-                began, on_pause = self.clock(), client.on_pause
+            if asked_at < came - (min(within, FRESH) if isinstance(answer, RobotError) else within):
+                began, on_pause, forgotten = self.clock(), client.on_pause, self._forgotten[question]
                 client.on_pause = lambda: None
                 try:
                     answer = ask()
@@ -56,13 +58,17 @@ class FleetConnection:
                 finally:
                     client.on_pause = on_pause
                 ended = self.clock() if isinstance(answer, RobotError) else began  # a failure may have taken longer
-                self._answers[question] = (ended, answer)
+                with self._lock:
+                    if self._forgotten[question] == forgotten:
+                        self._answers[question] = (ended, answer)
         if isinstance(answer, RobotError):
             raise answer
         found: T = answer
         return found
 
     def forget(self, *questions: str) -> None:
-        """The answers to these may be others now."""
-        for question in questions:
-            self._answers.pop(question, None)
+        """The answers to these may be others now, also to those that are being asked."""
+        with self._lock:
+            for question in questions:
+                self._forgotten[question] += 1
+                self._answers.pop(question, None)

@@ -96,3 +96,41 @@ def test_who_comes_while_it_is_asked_gets_the_same(asking: Asking) -> None:
         thread.join(10)
     assert found == [7, 7]
     assert asking.asked == 0
+
+
+def test_a_slow_answer_serves_all_that_waited_for_it(asking: Asking) -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    found: list[int] = []
+
+    def slowly() -> int:
+        asking.asked += 1
+        begun.set()
+        assert go_on.wait(10)
+        return 7
+
+    def get() -> None:
+        found.append(asking.connection.shared(asking, "robots", slowly))
+
+    came = threading.Semaphore(0)
+    asking.connection.clock = lambda: (came.release(), asking.now)[1]
+    threads = [threading.Thread(target=get) for _ in range(3)]
+    threads[0].start()
+    assert begun.wait(10)
+    for each in threads[1:]:
+        each.start()
+    for _ in range(4):  # the first has looked at the clock twice
+        assert came.acquire(timeout=10)
+    asking.now += 5 * FRESH
+    go_on.set()
+    for each in threads:
+        each.join(10)
+    assert (found, asking.asked) == ([7, 7, 7], 1)
+
+
+def test_an_answer_of_before_a_change_is_not_kept(asking: Asking) -> None:
+    def change_comes() -> int:
+        asking.connection.forget("robots")
+        return 0
+
+    assert asking.connection.shared(asking, "robots", change_comes) == 0
+    assert asking.get() == 1
