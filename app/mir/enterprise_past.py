@@ -4,6 +4,7 @@ if the app has seen what there was before it, and no other could be meant."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
 from app.domain.message import message
@@ -14,22 +15,33 @@ from app.mir.errors import Unreadable
 from app.mir.fleet_connection import FRESH
 
 MOST_REMEMBERED = 500  # orders
+LISTED_FOR = 3000.0  # s after it was sent in which it is listed for certain: those that ended within the hour are
+CLOCK_STEPS = timedelta(minutes=2)  # of the fleet, that a search allows for
 
 
 class Sent(NamedTuple):
-    """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent."""
+    """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent. ``at``: when that was, in seconds,
+    and ``date`` by the fleet, if it says so."""
 
     mission: str
     vehicle: str
     before: frozenset[str]
+    at: float
+    date: datetime | None
 
 
 class PastOrders:
     """``notes``: of the connection, which its clients share. ``ask`` lists the orders that run, or have ended within the
-    hour, as they were at most so many seconds ago."""
+    hour, as they were at most so many seconds ago. ``ask_since`` lists those that have ended since then."""
 
-    def __init__(self, notes: dict[Any, Any], ask: Callable[[float], list[parse.Object]]) -> None:
-        self._notes, self._ask = notes, ask
+    def __init__(
+        self,
+        notes: dict[Any, Any],
+        ask: Callable[[float], list[parse.Object]],
+        ask_since: Callable[[datetime], list[parse.Object]],
+        clock: Callable[[], float],
+    ) -> None:
+        self._notes, self._ask, self._ask_since, self._clock = notes, ask, ask_since, clock
 
     def rows(self, within: float = FRESH) -> Sequence[parse.Object]:
         return self._ask(within)
@@ -57,7 +69,7 @@ class PastOrders:
         """This order is about to be sent."""
         before = frozenset(_id(row) for row in self.rows(0.0))
         sent = self._sent
-        sent.setdefault(token, Sent(mission, vehicle, before))
+        sent.setdefault(token, Sent(mission, vehicle, before, self._clock(), self._notes.get("time")))
         for old in list(sent)[:-MOST_REMEMBERED]:
             sent.pop(old, None)
 
@@ -84,10 +96,13 @@ class PastOrders:
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
         Unreadable if several may be meant."""
-        rows, known = {_id(row): row for row in self.rows()}, self._ids
+        rows, known, sent = {_id(row): row for row in self.rows()}, self._ids, self._sent.get(token)
+        if known.get(token) not in rows and sent is not None and self._clock() - sent.at > LISTED_FOR:
+            if sent.date is None:
+                raise Unreadable(problem=message("what has ended more than an hour ago can't be told"))
+            rows |= {_id(row): row for row in self._ask_since(sent.date - CLOCK_STEPS)}
         if token in known:
             return rows.get(known[token])
-        sent = self._sent.get(token)
         others = {phase for of, phase in list(known.items()) if of != token}
         free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle)}
         if not free:

@@ -55,7 +55,10 @@ class EnterpriseVehicle(EnterpriseRequests):
         self._is_any = vehicle == ANY_VEHICLE
         self._followed: set[str] = set()  # tokens of orders that were asked for, for ANY_VEHICLE
         self._past = PastOrders(
-            connection.notes, lambda within: connection.shared(self, "orders", self._ask_past, within)
+            connection.notes,
+            lambda within: connection.shared(self, "orders", self._ask_past, within),
+            lambda since: connection.shared(self, f"orders since {since:%H:%M}", lambda: self._ask_past(since)),
+            connection.clock,
         )
 
     @property
@@ -161,10 +164,13 @@ class EnterpriseVehicle(EnterpriseRequests):
         phase: parse.Object = {"mission-id": mission_guid, "arguments": arguments}
         self.pace.wait(OF_ALL)
         self._verify()
-        if self._is_whole:
-            phase["order-id"] = words.phase_of(description)
-        else:
-            self._past.note(description, mission_guid, "" if self._is_any else self.vehicle)
+        try:
+            if self._is_whole:
+                phase["order-id"] = words.phase_of(description)
+            else:
+                self._past.note(description, mission_guid, "" if self._is_any else self.vehicle)
+        except RobotError as error:
+            raise error.unsent() from None
         order = {
             "id": description,
             "priority": words.PRIORITIES[(priority > 0) - (priority < 0) + 1],
@@ -248,8 +254,12 @@ class EnterpriseVehicle(EnterpriseRequests):
         order = self._past.find(token, "" if self._is_any else self.vehicle)
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
-    def _ask_past(self) -> list[parse.Object]:
-        return self._get("/order", lambda found: parse.objects(found, message("the orders")), largest=None)
+    def _ask_past(self, since: datetime | None = None) -> list[parse.Object]:
+        """Those that have ended ``since``, else within the hour. With the fleet's time."""
+        path = "/order" if since is None else f"/order?terminatedAfter={since.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"
+        answer = self._request("GET", path)
+        self._connection.notes["time"] = parse.http_date(answer.headers.get("Date", ""))
+        return self._read(answer, lambda found: parse.objects(found, message("the orders")), None)
 
     def _phase(self, token: str, phase_id: str) -> QueueItem | None:
         order = self._found(f"/order/{segment(phase_id)}")

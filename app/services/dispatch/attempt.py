@@ -41,6 +41,7 @@ class Attempt:
     row: Execution | None = None  # READY: the intent
     plan_version: int = 0  # READY: of the plan that the intent was written from
     in_doubt_since: float = math.inf
+    sent_since: datetime | None = None  # IN_DOUBT: the earliest that it may have been sent
     is_taken: bool = False  # IN_DOUBT: the robot has it; only its number is not known
     accepted: Transition | None = None
 

@@ -20,7 +20,7 @@ from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.timing import UNSEARCHED_AT_MOST
+from app.services.dispatch.timing import ORDERS_ARE_KEPT, UNSEARCHED_AT_MOST
 from app.services.executions import transitions
 from app.services.executions.apply import WATCHED_FOR
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event, Transition, was_given_up
@@ -98,13 +98,16 @@ class Duplicates:
             raise
         return item.description == last.token
 
-    def why_uncertain(self, row: Execution, is_taken: bool, may_change_robot: bool) -> Message:
+    def why_uncertain(self, row: Execution, is_taken: bool, may_change_robot: bool, age: float = 0.0) -> Message:
         """Why it may be or have been on the robot, though it is not found there; "": it certainly is not. ``is_taken``:
-        the robot has accepted it. ``may_change_robot``: another robot would get it."""
+        the robot has accepted it. ``may_change_robot``: another robot would get it. ``age``: s since it was sent, at
+        most."""
         if is_taken:
             return message("it took it, but its queue does not show it")
         if row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
             return message("its queue was reset")
+        if self._client.capabilities.find_by is FindBy.ID and age > ORDERS_ARE_KEPT:
+            return message("it may have ended, and the fleet may no longer show it")
         if may_change_robot and not self._would_be_seen():
             return message("its queue does not show whether it arrived")
         return ""

@@ -424,7 +424,16 @@ class Sending:
         """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once."""
         mono = self._clock.monotonic() + ahead
         wake_at = mono if is_taken else mono + RECONCILE_EVERY
-        self.attempts[row.id] = Attempt(Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, is_taken=is_taken)
+        since = row.planned_at if ahead else self._clock.now()
+        self.attempts[row.id] = Attempt(
+            Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, sent_since=since, is_taken=is_taken
+        )
+
+    def _age(self, attempt: Attempt) -> float:
+        """Seconds since it was sent, at most: neither a sleep of the tablet nor a clock that is set back shortens it."""
+        now = self._clock.now()
+        wall = (now - (attempt.sent_since or now)).total_seconds()
+        return max(wall, self._clock.monotonic() - attempt.in_doubt_since)
 
     def _reconcile(self, row: Execution) -> None:
         """Look for it on the robot. It is sent again only if it is certainly not there and no request can still
@@ -442,8 +451,9 @@ class Sending:
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
+            age = self._age(attempt)
             if quiet_left <= 0 and (
-                problem := self._duplicates.why_uncertain(row, attempt.is_taken, may_change_robot(row))
+                problem := self._duplicates.why_uncertain(row, attempt.is_taken, may_change_robot(row), age)
             ):
                 self._give_up(row, problem)
                 return

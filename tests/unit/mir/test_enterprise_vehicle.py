@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from email.utils import format_datetime
 from typing import Any
 
 import pytest
@@ -24,6 +25,7 @@ from app.mir.errors import (
     VehicleUnavailable,
 )
 from app.mir.fleet_connection import FleetConnection
+from app.mir.transport import Response
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.fleets.enterprise import EnterpriseFleet
@@ -359,3 +361,43 @@ def test_an_order_that_ended_long_ago_and_was_not_seen_is_the_newest_of_its_robo
     assert aino.newest_id(last) == sent
     hall.restart_app()
     assert hall.vehicle().newest_id(last) == sent
+
+
+class Dated(MachineTransport):
+    """Its answers say what time it is at the fleet."""
+
+    def send(self, *args: Any, **options: Any) -> Response:
+        answer = super().send(*args, **options)
+        date = format_datetime(self.machine.clock.utc(self.machine.now), usegmt=True)
+        return Response(answer.status, answer.body, {**answer.headers, "Date": date})
+
+
+def test_an_order_that_ended_more_than_an_hour_ago_is_found_by_its_time() -> None:
+    hall = Hall(**OLDER)
+    aino, own = hall.vehicle(transport=Dated(hall.fleet, KEY)), token()
+    hall.meets(FaultKind.DROP_RESPONSE)
+    with pytest.raises(ConnectionLost):
+        aino.enqueue(GUIDS["Home"], description=own)
+    hall.pass_time(2 * 3600.0)
+    (item,) = aino.items_after(0, tokens=(own,))
+    assert (item.state, item.description) == (QueueState.DONE, own)
+
+
+def test_without_the_fleets_time_an_order_of_more_than_an_hour_ago_is_in_doubt() -> None:
+    hall = Hall(**OLDER)
+    aino, own = hall.vehicle(), token()
+    hall.meets(FaultKind.DROP_RESPONSE)
+    with pytest.raises(ConnectionLost):
+        aino.enqueue(GUIDS["Home"], description=own)
+    hall.pass_time(2 * 3600.0)
+    with pytest.raises(Unreadable):
+        aino.items_after(0, tokens=(own,))
+
+
+def test_a_question_that_fails_before_the_order_leaves_it_unsent() -> None:
+    hall = Hall(**OLDER)
+    hall.fleet.faults.add(Fault(FaultKind.DROP_RESPONSE, "/order", "GET"))
+    with pytest.raises(ConnectionLost) as failed:
+        hall.vehicle().enqueue(GUIDS["Home"], description=token())
+    assert failed.value.delivery is Delivery.NOT_SENT
+    assert hall.orders == 0
