@@ -265,7 +265,10 @@ class ClassicVehicle(StoredData):
         guid = clean(found.get("fleet_schedule_guid") or found.get("fleet_scheduled_guid"), 80)
         if item.state.is_open or item.message or not item.vehicle or not guid or not self.capabilities.failure_text:
             return item
-        return replace(item, message=self._own_api().message_of(guid))
+        try:
+            return replace(item, message=self._own_api().message_of(guid))
+        except RobotError:  # of the robot's place, which is not the order's
+            return item
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for by number."""
@@ -283,7 +286,8 @@ class ClassicVehicle(StoredData):
         tokens: Collection[str] = (),
     ) -> list[QueueItem]:
         found = self._queue.items_after(id_floor, known, highest)
-        return [item for item in found if self._is_any or item.vehicle == self.vehicle or item.description in tokens]
+        may_be_its = ("", self.vehicle)  # an order that waits may show no robot yet, though it has one
+        return [item for item in found if self._is_any or item.vehicle in may_be_its or item.description in tokens]
 
     def highest_queue_id(self) -> int | None:
         """Of all orders of the fleet. One of a moment ago is lower, and safe to search from."""
@@ -303,15 +307,31 @@ class ClassicVehicle(StoredData):
     def cancel(self, queue_id: int, token: str = "") -> None:
         self.pace.wait(None)
         self._verify(needs_contact=False)
+        self._check_order(queue_id, token)
         try:
             self._send("DELETE", f"{ORDERS}/{queue_id}")
         finally:
             self._connection.forget("open")
 
+    def _check_order(self, queue_id: int, token: str) -> None:
+        """A fleet that has begun its numbers again may have another's order under this one. Raises Rejected then."""
+        try:
+            answer = self._send("GET", f"{ORDERS}/{queue_id}")
+            item = parse.queue_item(self._in_robot_words(self._read(answer, parse_order)))
+        except RobotError as error:
+            raise error.unsent() from None
+        if token and self._profile.token_field:
+            is_ours = item.description == token
+        else:
+            is_ours = not self._user_name or item.created_by_name in ("", self._user_name)
+        if not is_ours:
+            reason = message("the fleet has no such order")
+            raise Rejected(status=404, reason=reason, address=self.address.netloc)
+
     def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
-        for queue_id in own or {}:
+        for queue_id, token in (own or {}).items():
             try:
-                self.cancel(queue_id)
+                self.cancel(queue_id, token)
             except Rejected as error:
                 if error.status not in (400, 404, 410):  # it has ended
                     raise

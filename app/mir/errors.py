@@ -101,9 +101,10 @@ class RobotError(Exception):
         return self
 
     def unsent(self) -> Self:
-        """The same error as the reason why another request was not sent."""
-        self.delivery = Delivery.NOT_SENT
-        return self
+        """A copy, as the reason why another request was not sent: others may have the same error."""
+        copy = type(self).__new__(type(self), *self.args)
+        copy.__dict__ |= self.__dict__ | {"delivery": Delivery.NOT_SENT}
+        return copy
 
     @property
     def certainly_without_effect(self) -> bool:

@@ -12,11 +12,21 @@ from app.domain.check_up import RobotProfile
 from app.domain.models import ANY_VEHICLE
 from app.domain.robot import QueueState, RobotState
 from app.mir.classic_vehicle import ClassicVehicle
-from app.mir.errors import AnotherFleet, AnotherRobot, ConnectionLost, Delivery, NotAMir, RobotError, VehicleUnavailable
+from app.mir.errors import (
+    AnotherFleet,
+    AnotherRobot,
+    ConnectionLost,
+    Delivery,
+    NotAMir,
+    Rejected,
+    RobotError,
+    VehicleUnavailable,
+)
 from app.mir.fleet_connection import FleetConnection
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.fleets.classic import ClassicFleet
+from mir_sim.fleets.classic_orders import Shown
 from mir_sim.fleets.knobs import ClassicKnobs, changed
 from tests.support.fleets import ADDRESS, TOKEN, MachineTransport
 from tests.unit.sim.asking import GUIDS
@@ -255,6 +265,49 @@ def test_without_descriptions_an_order_still_says_whose_it_is() -> None:
     assert user
     assert item.created_by_name == user
     assert item.mission_id == GUIDS["Home"]
+
+
+def test_a_waiting_order_is_found_before_the_fleet_shows_its_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    full = Shown.full
+    monkeypatch.setattr(Shown, "full", lambda self: full(self) | {"robot_id": 0})
+    hall = Hall(description="mission")
+    aino = hall.vehicle(profile=RobotProfile(None, None, token_field=""))
+    hall.meets(FaultKind.DROP_RESPONSE)
+    with pytest.raises(ConnectionLost):
+        aino.enqueue(GUIDS["Home"], description=token())
+    assert [item.mission_id for item in aino.items_after(0)] == [GUIDS["Home"]]
+
+
+def test_a_failed_order_is_read_though_its_robots_place_is_not_known(
+    hall: Hall, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    aino = hall.vehicle(serial_number=hall.robots[0].serial_number)
+    aino.identify()
+    assert aino.capabilities.failure_text
+    number = aino.enqueue(GUIDS["Deliver"], description=token())
+    hall.run_until(aino, number, QueueState.EXECUTING)
+    aino.cancel(number)
+    hall.pass_time(5.0)
+    find = aino._vehicle
+    monkeypatch.setattr(aino, "_vehicle", lambda within: (find(within)[0] | {"ip": ""}, find(within)[1]))
+    item = aino.queue_item(number)
+    assert (item.state, item.message) == (QueueState.ABORTED, "")
+
+
+@pytest.mark.parametrize("field", ["description", ""], ids=["by token", "by user"])
+def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
+    """The fleet has begun its numbers again."""
+    hall = Hall(description="posted" if field else "mission")
+    aino = hall.vehicle(profile=RobotProfile(None, None, token_field=field))
+    number = aino.enqueue(GUIDS["Deliver"], description="another's")
+    if not field:
+        (order,) = hall.fleet.book
+        order.created_by = {**order.created_by, "guid": "another user", "name": "another user"}
+    with pytest.raises(Rejected) as refused:
+        aino.cancel(number, token())
+    assert refused.value.status == 404
+    aino.clear_queue({number: token()})
+    assert f"DELETE /mission_scheduler/{number}" not in hall.transport.requests
 
 
 def test_a_question_is_answered_through_the_fleet(hall: Hall) -> None:

@@ -86,3 +86,10 @@ def test_every_class_has_a_sentence() -> None:
     assert len(tree(RobotError)) == sum(
         isinstance(value, type) and issubclass(value, RobotError) for value in vars(errors).values()
     )
+
+
+def test_the_reason_why_another_request_was_not_sent_is_an_error_of_its_own():
+    shared = errors.Busy(status=503, reason="docking").at("fleet.test")
+    reason = shared.unsent()
+    assert (type(reason), reason.text, reason.status) == (errors.Busy, shared.text, 503)
+    assert (reason.delivery, shared.delivery) == (errors.Delivery.NOT_SENT, errors.Delivery.UNKNOWN)
