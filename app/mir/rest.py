@@ -13,6 +13,7 @@ from app.mir.credentials import Token
 from app.mir.errors import (
     Busy,
     ConnectionLost,
+    Delivery,
     NotAMir,
     Rejected,
     RobotError,
@@ -110,7 +111,10 @@ class RestRequests:
             found = None
         reasons = [resolve(found.get(name), 300) for name in REASONS] if isinstance(found, dict) else []
         kind = Rejected if status < 500 else Busy if status == 503 else RobotFault
-        return kind(status=status, address=address, reason=next(filter(None, reasons), ""))
+        problem = kind(status=status, address=address, reason=next(filter(None, reasons), ""))
+        if not isinstance(found, dict):  # not MiR's own words: a box on the way may have said it, of what was done
+            problem.delivery = Delivery.UNKNOWN
+        return problem
 
     def _read(self, answer: Response, read: Callable[[Any], T], largest: int | None = LARGEST_OBJECT) -> T:
         """Parse a body of at most ``largest`` bytes, as parsing megabytes blocks every thread. Raises Unreadable or

@@ -23,6 +23,7 @@ from app.mir.errors import (
     VehicleUnavailable,
 )
 from app.mir.fleet_connection import FleetConnection
+from app.mir.transport import Response
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.fleets.classic import ClassicFleet
@@ -308,6 +309,21 @@ def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
     assert refused.value.status == 404
     aino.clear_queue({number: token()})
     assert f"DELETE /mission_scheduler/{number}" not in hall.transport.requests
+
+
+@pytest.mark.parametrize(("body", "delivery"), [(b"<html>", Delivery.UNKNOWN), (b"{}", Delivery.REFUSED)])
+def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(hall: Hall, body: bytes, delivery: Delivery) -> None:
+    """A security box may have said it, of an order that the fleet has taken."""
+    send = hall.transport.send
+
+    def through_a_box(method: str, path: str, **options: Any) -> Response:
+        answer = send(method, path, **options)
+        return answer if method == "GET" else Response(470, body, {})
+
+    hall.transport.send = through_a_box  # type: ignore[method-assign]
+    with pytest.raises(Rejected) as refused:
+        hall.vehicle().enqueue(GUIDS["Home"], description=token())
+    assert refused.value.delivery is delivery
 
 
 def test_a_question_is_answered_through_the_fleet(hall: Hall) -> None:
