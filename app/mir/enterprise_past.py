@@ -11,12 +11,15 @@ from app.domain.message import message
 from app.domain.robot import QueueState
 from app.mir import enterprise_vocabulary as words
 from app.mir import parse
+from app.mir.credentials import Token
 from app.mir.errors import Unreadable
 from app.mir.fleet_connection import FRESH
 
 MOST_REMEMBERED = 500  # orders
 LISTED_FOR = 3000.0  # s after it was sent in which it is listed for certain: those that ended within the hour are
 CLOCK_STEPS = timedelta(minutes=2)  # of the fleet, that a search allows for
+
+_KEYS = ("api-key-guid", "api-key-name")
 
 
 class Sent(NamedTuple):
@@ -40,8 +43,10 @@ class PastOrders:
         ask: Callable[[float], list[parse.Object]],
         ask_since: Callable[[datetime], list[parse.Object]],
         clock: Callable[[], float],
+        token: Token,
     ) -> None:
         self._notes, self._ask, self._ask_since, self._clock = notes, ask, ask_since, clock
+        self._own = ("own key", token)  # what the lists call it is known once an order of ours has run
 
     def rows(self, within: float = FRESH) -> Sequence[parse.Object]:
         return self._ask(within)
@@ -85,6 +90,7 @@ class PastOrders:
         ]
         if len(running) == 1:
             self.remember(token, _id(running[0]))
+            self._notes[self._own] = _key(running[0])
 
     def remember(self, token: str, phase_id: str) -> None:
         """The order with this token has the phase with this id."""
@@ -104,12 +110,15 @@ class PastOrders:
         if token in known:
             return rows.get(known[token])
         others = {phase for of, phase in list(known.items()) if of != token}
-        free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle)}
+        own = self._notes.get(self._own, "")
+        free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle, own)}
         if not free:
             return None
         if sent is None or len(free) > 1:
             raise Unreadable(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
         ((phase_id, row),) = free.items()
+        if not own or _key(row) != own:
+            raise Unreadable(problem=message("whether an ended order is the app's can't be told"))
         self.remember(token, phase_id)
         return row
 
@@ -118,9 +127,15 @@ def _id(row: Mapping[str, object]) -> str:
     return str(row.get("order-id"))
 
 
-def _may_be(row: parse.Object, sent: Sent | None, key: str, vehicle: str) -> bool:
+def _key(row: Mapping[str, object]) -> str:
+    """Of the API client that made it; "" for none, or where it is not shown."""
+    return next((str(row[name]) for name in _KEYS if row.get(name)), "")
+
+
+def _may_be(row: parse.Object, sent: Sent | None, key: str, vehicle: str, own: str) -> bool:
     """Of an order that an earlier run of the app has sent only the robot is known."""
-    if not row.get("api-key-name") and not row.get("api-key-guid"):
+    made_by = _key(row)
+    if (made_by and own and made_by != own) or (not made_by and any(name in row for name in _KEYS)):
         return False
     robot = sent.vehicle if sent else vehicle
     if robot and row.get("robot-id") not in (robot, None):

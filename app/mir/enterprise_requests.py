@@ -150,10 +150,11 @@ class EnterpriseRequests(RestRequests):
         events = self._get(
             "/serial-order-status/snapshot", lambda found: words.wrapped(found, name), largest=LARGEST_MISSIONS
         )
+        events = [event | {"serial-order-id": clean(event.get("serial-order-id"), 80).lower()} for event in events]
         said: dict[str, str] = self._connection.notes.setdefault("said", {})
         for event in events:
             if text := clean(event.get("message")):
-                said[clean(event.get("serial-order-id"), 80)] = text
+                said[event["serial-order-id"]] = text
         for token in list(said)[:-MOST_REMEMBERED]:
             del said[token]
         return list(words.of_whole_orders(events).values())

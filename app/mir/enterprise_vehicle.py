@@ -59,6 +59,7 @@ class EnterpriseVehicle(EnterpriseRequests):
             lambda within: connection.shared(self, "orders", self._ask_past, within),
             lambda since: connection.shared(self, f"orders since {since:%H:%M}", lambda: self._ask_past(since)),
             connection.clock,
+            token,
         )
 
     @property
@@ -228,7 +229,8 @@ class EnterpriseVehicle(EnterpriseRequests):
         return self._find_by_id(token) if self._is_whole else self._find_by_facts(token)
 
     def _find_by_id(self, token: str) -> QueueItem | None:
-        """By its phase, which stays when the order has ended; then by the order, whose phase may have another id."""
+        """By its phase, which stays when the order has ended; then by the order, whose phase may have another id, or be
+        forgotten."""
         if (item := self._phase(token, words.phase_of(token))) is not None:
             return item
         order = self._found(f"{ORDER}/{segment(token)}")
@@ -237,10 +239,11 @@ class EnterpriseVehicle(EnterpriseRequests):
         phase = next(iter(parse.some_objects(order.get("phases"))), {})
         if phase_id := clean(phase.get("order-id"), 80):
             item = self._phase(token, phase_id)
+        is_active = any(event.get("serial-order-id") == token for event in self._active())
         return item or QueueItem(
             words.number_of(token),
-            QueueState.PENDING,
-            "Created",
+            QueueState.PENDING if is_active else QueueState.UNKNOWN,
+            "Created" if is_active else "?",
             parse.text_or_none(phase.get("mission-id")),
             description=token,
             vehicle=clean(order.get("robot-id"), 80),
@@ -259,7 +262,8 @@ class EnterpriseVehicle(EnterpriseRequests):
         path = "/order" if since is None else f"/order?terminatedAfter={since.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"
         answer = self._request("GET", path)
         self._connection.notes["time"] = parse.http_date(answer.headers.get("Date", ""))
-        return self._read(answer, lambda found: parse.objects(found, message("the orders")), None)
+        rows = self._read(answer, lambda found: parse.objects(found, message("the orders")), None)
+        return [row | {"order-id": clean(row.get("order-id"), 80).lower()} for row in rows]
 
     def _phase(self, token: str, phase_id: str) -> QueueItem | None:
         order = self._found(f"/order/{segment(phase_id)}")

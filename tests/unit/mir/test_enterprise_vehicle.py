@@ -11,6 +11,7 @@ import pytest
 from app.domain.capabilities import FindBy
 from app.domain.models import ANY_VEHICLE
 from app.domain.robot import QueueState, RobotState
+from app.mir.credentials import Token
 from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.errors import (
     AnotherFleet,
@@ -67,6 +68,13 @@ class Hall:
             self.pass_time(1.0)
         return state
 
+    def run_one(self, aino: EnterpriseVehicle) -> None:
+        """From then on the app knows what lists call its key."""
+        own = token()
+        aino.enqueue(GUIDS["Deliver"], description=own)
+        self.run_until(aino, own, QueueState.EXECUTING)
+        self.run_until(aino, own, QueueState.DONE)
+
     @property
     def orders(self) -> int:
         return len(list(self.fleet.phases()))
@@ -104,6 +112,7 @@ def test_an_order_is_followed_to_its_end(knobs: dict[str, Any]) -> None:
 def test_an_order_whose_answer_is_lost_is_found_by_its_id(knobs: dict[str, Any], after: float) -> None:
     hall = Hall(**knobs)
     aino, own = hall.vehicle(), token()
+    hall.run_one(aino)
     hall.meets(FaultKind.DROP_RESPONSE)
     with pytest.raises(ConnectionLost) as lost:
         aino.enqueue(GUIDS["Home"], description=own)
@@ -375,6 +384,7 @@ class Dated(MachineTransport):
 def test_an_order_that_ended_more_than_an_hour_ago_is_found_by_its_time() -> None:
     hall = Hall(**OLDER)
     aino, own = hall.vehicle(transport=Dated(hall.fleet, KEY)), token()
+    hall.run_one(aino)
     hall.meets(FaultKind.DROP_RESPONSE)
     with pytest.raises(ConnectionLost):
         aino.enqueue(GUIDS["Home"], description=own)
@@ -401,3 +411,46 @@ def test_a_question_that_fails_before_the_order_leaves_it_unsent() -> None:
         hall.vehicle().enqueue(GUIDS["Home"], description=token())
     assert failed.value.delivery is Delivery.NOT_SENT
     assert hall.orders == 0
+
+
+@pytest.mark.parametrize("is_key_known", [True, False])
+def test_an_order_of_another_api_client_is_not_taken_for_a_lost_one(is_key_known: bool) -> None:
+    hall = Hall(**OLDER)
+    aino, own, others = hall.vehicle(), token(), Token.of_key("mir_other")
+    if is_key_known:
+        hall.run_one(aino)
+    hall.meets(FaultKind.DROP_REQUEST)
+    with pytest.raises(ConnectionLost):
+        aino.enqueue(GUIDS["Home"], description=own)
+    connection, transport = FleetConnection(clock=lambda: hall.fleet.now), MachineTransport(hall.fleet, others)
+    stranger = EnterpriseVehicle(ADDRESS, others, hall.ids[0], connection=connection, transport=transport)
+    stranger.enqueue(GUIDS["Home"], description=token())
+    hall.pass_time(300.0)
+    if is_key_known:
+        assert aino.items_after(0, tokens=(own,)) == []
+    else:
+        with pytest.raises(Unreadable):
+            aino.items_after(0, tokens=(own,))
+
+
+def test_an_order_whose_phase_is_forgotten_is_not_waiting_for_ever(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    aino, own = hall.vehicle(), token()
+    number, found = aino.enqueue(GUIDS["Home"], description=own), aino._found
+    monkeypatch.setattr(aino, "_found", lambda path: None if path.startswith("/order/") else found(path))
+    assert aino.queue_item(number, own).state is QueueState.PENDING
+    hall.pass_time(300.0)
+    assert aino.queue_item(number, own).state is QueueState.UNKNOWN
+
+
+def test_ids_in_capitals_are_the_same() -> None:
+    hall = Hall(**OLDER)
+    aino, own, get = hall.vehicle(), token(), hall.transport.send
+    aino.enqueue(GUIDS["Home"], description=own)
+
+    def send(*args: Any, **options: Any) -> Response:
+        answer = get(*args, **options)
+        return Response(answer.status, answer.body.replace(own.encode(), own.upper().encode()), answer.headers)
+
+    hall.transport.send = send  # type: ignore[method-assign]
+    (item,) = aino.items_after(0, tokens=(own,))
+    assert item.description == own
