@@ -202,8 +202,8 @@ class ClassicVehicle(StoredData):
         vehicles = sorted((fleet_vocabulary.vehicle(row) for row in found), key=lambda each: int(each.id))
         return FleetIdentity(self._name_of_fleet(), None, tuple(vehicles))
 
-    def _name_of_fleet(self) -> str | None:
-        self._user, self._user_name = self._connection.shared(self, "user", self._ask_user, USER_KNOWN_FOR)
+    def _name_of_fleet(self, within: float = USER_KNOWN_FOR) -> str | None:
+        self._user, self._user_name = self._connection.shared(self, "user", self._ask_user, within)
         return None if not self._user or self._user.startswith(BUILT_IN) else self._user
 
     def _ask_user(self) -> tuple[str, str]:
@@ -214,8 +214,8 @@ class ClassicVehicle(StoredData):
             return "", ""
         return clean(found.get("guid"), 80), clean(found.get("name"), 80)
 
-    def _check_fleet(self) -> None:
-        found = self._name_of_fleet()
+    def _check_fleet(self, within: float = USER_KNOWN_FOR) -> None:
+        found = self._name_of_fleet(within)
         if self.fleet_identity and found != self.fleet_identity:
             raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found or "?")
 
@@ -398,6 +398,7 @@ class ClassicVehicle(StoredData):
         """Whether the known fleet and robot are there, before anything is changed. ``needs_contact``: the fleet reaches
         the robot."""
         try:
+            self._check_fleet(VERIFIED_FOR)
             self._status(VERIFIED_FOR)
         except VehicleUnavailable:
             if needs_contact:

@@ -356,6 +356,7 @@ class EnterpriseVehicle(EnterpriseRequests):
     def _verify(self, *, needs_contact: bool = True) -> None:
         """Whether the known fleet and robot are there, before anything is changed."""
         try:
+            self._version(VERIFIED_FOR)
             self._status(VERIFIED_FOR)
         except VehicleUnavailable:
             if needs_contact:

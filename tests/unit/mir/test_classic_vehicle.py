@@ -11,7 +11,7 @@ from app.domain.capabilities import FindBy
 from app.domain.check_up import RobotProfile
 from app.domain.models import ANY_VEHICLE
 from app.domain.robot import QueueState, RobotState
-from app.mir.classic_vehicle import ClassicVehicle
+from app.mir.classic_vehicle import VERIFIED_FOR, ClassicVehicle
 from app.mir.errors import (
     AnotherFleet,
     AnotherRobot,
@@ -172,6 +172,19 @@ def test_another_fleet_at_the_address_gets_no_order(hall: Hall) -> None:
         with pytest.raises(kind) as problem:
             target.enqueue(GUIDS["Home"], description=token())
         assert problem.value.delivery is Delivery.NOT_SENT
+    assert hall.vehicle().highest_queue_id() is None
+
+
+def test_another_fleet_is_noticed_soon_after_the_known_one_answered(
+    hall: Hall, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    any_robot = hall.vehicle(ANY_VEHICLE, fleet_identity="own user")
+    monkeypatch.setattr(any_robot, "_ask_user", lambda: ("own user", ""))
+    any_robot.status()
+    hall.pass_time(VERIFIED_FOR + 1.0)
+    monkeypatch.setattr(any_robot, "_ask_user", lambda: ("another user", ""))
+    with pytest.raises(AnotherFleet):
+        any_robot.enqueue(GUIDS["Home"], description=token())
     assert hall.vehicle().highest_queue_id() is None
 
 
