@@ -74,6 +74,8 @@ class ClassicVehicle(StoredData):
     simulations.
     """
 
+    says_no_in_objects = True
+
     def __init__(
         self,
         address: Address,

@@ -46,6 +46,7 @@ class EnterpriseRequests(RestRequests):
     """``fleet_identity``: the known fleet's name."""
 
     base = "/api/v1"
+    says_no_in_objects = True
 
     def __init__(
         self,

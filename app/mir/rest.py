@@ -40,6 +40,7 @@ class RestRequests:
     clients of the machine."""
 
     base = API
+    says_no_in_objects = False  # so that another refusal may be a box's on the way, of what was done
 
     def __init__(
         self,
@@ -112,7 +113,7 @@ class RestRequests:
         reasons = [resolve(found.get(name), 300) for name in REASONS] if isinstance(found, dict) else []
         kind = Rejected if status < 500 else Busy if status == 503 else RobotFault
         problem = kind(status=status, address=address, reason=next(filter(None, reasons), ""))
-        if not isinstance(found, dict):  # not MiR's own words: a box on the way may have said it, of what was done
+        if self.says_no_in_objects and not isinstance(found, dict):
             problem.delivery = Delivery.UNKNOWN
         return problem
 
