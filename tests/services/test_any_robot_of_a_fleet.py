@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from dataclasses import replace
 from datetime import timedelta
+from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import ANY_VEHICLE, Group, Robot, Schedule, State
-from app.mir.classic_vehicle import ClassicVehicle
+from app.database.robots import Accepted, RobotRepository
+from app.domain.models import ANY_VEHICLE, Fleet, Group, Robot, Schedule, State
+from app.domain.robot import RobotStatus
+from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
+from app.services.dispatch.duplicates import Duplicates
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
 from mir_sim.fleets.orders import OrderState
@@ -88,3 +93,40 @@ def test_what_a_named_robot_has_is_not_cancelled_though_its_robot_is_not_shown_y
     site.run(60)
     assert [row.state for row in site.executions()] == [State.QUEUED]
     assert [order.state for order in site.fleet.book] == [OrderState.WAITING]
+
+
+@pytest.mark.parametrize(
+    ("of_fleet", "newest_known", "floor", "is_answer"),
+    [(True, 5000, 4000, True), (True, None, 8000, False), (False, None, 8000, True)],
+    ids=["since the last known order", "no order is known", "a robot by itself"],
+)
+def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fleet, newest_known, floor, is_answer):
+    """It may have got thousands of orders since."""
+    searched, answered = [], []
+    client = SimpleNamespace(
+        capabilities=OF_A_VEHICLE,
+        status=RobotStatus,
+        highest_queue_id=lambda: 9000,
+        items_after=lambda floor, *_args, **_options: searched.append(floor) or [],
+    )
+    fleet = Fleet("Hall", "http://hall") if of_fleet else None
+    context = SimpleNamespace(
+        ledger=None,
+        clock=SimpleNamespace(monotonic=lambda: 7.0),
+        db=SimpleNamespace(read=lambda: None),
+        robots=SimpleNamespace(last_accepted=lambda *_args: None, newest_of_fleet=lambda *_args: newest_known),
+        restored_starts=SimpleNamespace(
+            wants=lambda _robot: True,
+            sought=frozenset,
+            answer=lambda _robot, asked_at, _items, _tokens: answered.append(asked_at),
+        ),
+    )
+    Duplicates(client, context, SimpleNamespace(robot=Robot("Aino", "", fleet=fleet, vehicle="1"))).answer()
+    assert (searched, answered) == ([floor], [7.0 if is_answer else -math.inf])
+
+
+def test_the_newest_order_of_a_fleet_is_that_of_any_of_its_robots(site):
+    named = site.container.catalogue.save_robot(Robot("Named", "", fleet=site.hall, vehicle="1"))
+    add(site, ANY_VEHICLE)
+    site.container.db.write(lambda c: RobotRepository().note_accepted(c, named.id, Accepted(12, "token")))
+    assert RobotRepository().newest_of_fleet(site.container.db.read(), site.hall.id) == 12

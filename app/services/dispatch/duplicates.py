@@ -186,12 +186,10 @@ class Duplicates:
             highest = self._client.highest_queue_id() or 0
             if highest < max(self._read, default=0):  # its numbers have begun again
                 self._read, known = {}, 0
-            floor = max(0, highest - SEARCHED_AFTER_RESTORE)
-            items = self._client.items_after(floor, self._read, highest, tokens=tokens)
             last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
-            if (
-                is_whole and last is not None and highest < last.queue_id
-            ):  # it boots, or has forgotten others: that is no answer
+            floor, is_enough = self._floor_of_restored(highest)
+            items = self._client.items_after(floor, self._read, highest, tokens=tokens)
+            if is_whole and (not is_enough or (last is not None and highest < last.queue_id)):  # that is no answer
                 log.info(
                     "%r does not show its newest items, so whether it has other starts of before the restore is not known",
                     robot.name,
@@ -207,6 +205,15 @@ class Duplicates:
             self._read = {}
             own = sorted((item for item in items if self._is_of_robot(item)), key=lambda item: item.id)
             self._s.restored_starts.answer(robot, asked_at, own, None if is_whole else tokens)
+
+    def _floor_of_restored(self, highest: int) -> tuple[int, bool]:
+        """From where to search for what a restored backup does not know, and whether all of that lies above. A fleet
+        has as many new orders in half an hour as a robot in days, but what the backup knows of it is older."""
+        fleet, floor = self._seen.robot.fleet, max(0, highest - SEARCHED_AFTER_RESTORE)
+        if fleet is None or floor == 0:
+            return floor, True
+        newest = self._s.robots.newest_of_fleet(self._s.db.read(), fleet.id)
+        return (floor, False) if newest is None else (max(0, min(highest, newest) - SEARCHED_AFTER_RESTORE), True)
 
     def _is_of_robot(self, item: QueueItem) -> bool:
         """Not another robot's of the same fleet."""
