@@ -12,14 +12,16 @@ from types import SimpleNamespace
 import pytest
 
 from app.database.robots import Accepted, RobotRepository
-from app.domain.models import ANY_VEHICLE, Fleet, Group, Robot, Schedule, State
+from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
+from app.services.dispatch import duplicates
 from app.services.dispatch.duplicates import Duplicates
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
 from mir_sim.fleets.orders import OrderState
-from tests.support.site import Site
+from tests.support.network import Fate
+from tests.support.site import FLEET, Site
 
 
 @pytest.fixture
@@ -130,3 +132,28 @@ def test_the_newest_order_of_a_fleet_is_that_of_any_of_its_robots(site):
     add(site, ANY_VEHICLE)
     site.container.db.write(lambda c: RobotRepository().note_accepted(c, named.id, Accepted(12, "token")))
     assert RobotRepository().newest_of_fleet(site.container.db.read(), site.hall.id) == 12
+
+
+def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, monkeypatch):
+    """Its answer was lost, and the fleet was away for longer than it keeps orders."""
+    monkeypatch.setattr(duplicates, "ORDERS_ARE_KEPT", 120.0)
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, ids_kept=120.0, orders_kept=120.0)
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
+    window = {"respect_working_days": False, "start_window_minutes": 60}
+    planned = Schedule("S", robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **window)
+    site.container.catalogue.save_schedule(planned)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(list(site.fleet.phases())) == 1)
+    site.run(0.5)
+    site.network.down.update([*site.machines, FLEET])
+    site.run(1200)
+    site.network.down.clear()
+    site.run_until(lambda: site.executions()[0].attempts > 1 or not site.executions()[0].state.is_open)
+    (row,) = site.executions()
+    assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME)
+    assert row.reason.details["problem"]["msgid"].endswith("the fleet may no longer show it")
+    site.switch_off()
