@@ -157,3 +157,13 @@ def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, mon
     assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME)
     assert row.reason.details["problem"]["msgid"].endswith("the fleet may no longer show it")
     site.switch_off()
+
+
+@pytest.mark.parametrize(("identity", "is_certain"), [("a user", True), (None, False)])
+def test_a_start_in_doubt_is_not_repeated_at_a_fleet_that_may_be_another_one(identity, is_certain):
+    client = SimpleNamespace(capabilities=OF_A_VEHICLE, highest_queue_id=lambda: 1)
+    context = SimpleNamespace(ledger=None)
+    robot = Robot("Any", "", fleet=Fleet("Hall", "http://hall", identity=identity), vehicle=ANY_VEHICLE)
+    about = Duplicates(client, context, SimpleNamespace(robot=robot))
+    row = SimpleNamespace(queue_floor=1)
+    assert (about.why_uncertain(row, is_taken=False, may_change_robot=False) == "") is is_certain

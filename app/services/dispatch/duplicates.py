@@ -108,6 +108,9 @@ class Duplicates:
             return message("its queue was reset")
         if self._client.capabilities.find_by is FindBy.ID and age > ORDERS_ARE_KEPT:
             return message("it may have ended, and the fleet may no longer show it")
+        robot = self._seen.robot
+        if robot.is_any and robot.fleet is not None and robot.fleet.identity is None:
+            return message("another fleet may have it, as this one can't be told from others")
         if may_change_robot and not self._would_be_seen():
             return message("its queue does not show whether it arrived")
         return ""
