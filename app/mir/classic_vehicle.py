@@ -9,24 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 from app.domain.capabilities import Capabilities, FindBy
 from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.message import message
 from app.domain.models import ANY_VEHICLE
-from app.domain.robot import FleetIdentity, IdentifiedBy, Identity, QueueItem, RobotState, RobotStatus
+from app.domain.robot import IdentifiedBy, Identity, QueueItem, RobotState, RobotStatus
 from app.mir import fleet_vocabulary, parse
 from app.mir.address import Address, InvalidAddress
+from app.mir.classic_requests import ORDERS, ClassicRequests, Fleet
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import (
-    AnotherFleet,
     AnotherRobot,
     NotAMir,
     Refusal,
     Rejected,
     RobotError,
+    RobotFault,
     Unnumbered,
     Unreadable,
     VehicleUnavailable,
@@ -34,19 +35,12 @@ from app.mir.errors import (
 from app.mir.fleet_connection import FleetConnection
 from app.mir.mission_queue import PAGE, UNSUPPORTED, QueueReader
 from app.mir.own_api import OwnApi
-from app.mir.rest import again_if_stale
 from app.mir.robot_vocabulary import LONGEST_DESCRIPTION, in_mir_words
-from app.mir.stored_data import LARGEST_MISSIONS, StoredData
 from app.mir.texts import clean
-from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Response, Timeouts, Transport
+from app.mir.transport import OF_ALL, Timeouts, Transport
 
-ORDERS = "/mission_scheduler"
-FIELDS = "id,ip,name,active,serial_number,robot_model,fleet_state,fleet_state_text,status"
-USER_KNOWN_FOR = 10.0  # s for which the fleet is known by the app's user there
 VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet
 NEWEST = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE)}
-NORMAL = "normal"  # the fleet's state in which it gives orders to robots
-BUILT_IN = "mirconst"  # guids that are the same on all fleets begin so
 
 OF_A_VEHICLE = Capabilities(
     find_by=FindBy.MATCH,
@@ -58,23 +52,12 @@ OF_A_VEHICLE = Capabilities(
 )
 
 
-class Fleet(NamedTuple):
-    """What one request says of all robots, by their ids."""
-
-    vehicles: Mapping[str, parse.Object]
-    answer: Response
-    elapsed_s: float
-
-
-class ClassicVehicle(StoredData):
+class ClassicVehicle(ClassicRequests):
     """A ``Target``.
 
     ``vehicle``: the robot's id at the fleet, or ANY_VEHICLE. ``serial_number``: the known one of that robot.
-    ``fleet_identity``: as ``identify_fleet`` found it, None before. ``reach`` replaces HTTP to a robot's own address in
-    simulations.
+    ``reach`` replaces HTTP to a robot's own address in simulations.
     """
-
-    says_no_in_objects = True
 
     def __init__(
         self,
@@ -85,15 +68,13 @@ class ClassicVehicle(StoredData):
         connection: FleetConnection,
         serial_number: str | None = None,
         identified_by: IdentifiedBy | None = None,
-        fleet_identity: str | None = None,
         profile: RobotProfile | None = None,
         reach: Callable[[Address], Transport | None] = lambda _address: None,
         **options: Any,
     ) -> None:
-        super().__init__(address, token, clock=connection.clock, pace=connection.pace, **options)
+        super().__init__(address, token, connection=connection, **options)
         self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
-        self.fleet_identity, self._connection, self._reach, self._token = fleet_identity, connection, reach, token
-        self._user, self._user_name = "", ""
+        self._reach, self._token = reach, token
         self._is_any = vehicle == ANY_VEHICLE
         self._followed: set[int] = set()  # orders that were asked for by number, for ANY_VEHICLE
         self._queue = QueueReader(self._entries, self._next_item, ORDERS)
@@ -160,34 +141,6 @@ class ClassicVehicle(StoredData):
             raise VehicleUnavailable(code="not_in_fleet", address=self.address.netloc) from None
         return alone, fleet
 
-    def _alone(self, number: str) -> parse.Object:
-        return self._get(f"/robots/{number}", lambda found: parse.object_(found, message("the robot")))
-
-    def _fleet(self, within: float) -> Fleet:
-        return self._connection.shared(self, "robots", self._all_robots, within)
-
-    def _all_robots(self) -> Fleet:
-        began = self._clock()
-        answer = self._request("GET", "/robots", query={"whitelist": FIELDS}, share=OF_STATUS)
-        rows = self._read(answer, lambda found: parse.objects(found, message("the list of robots")), LARGEST_MISSIONS)
-        by_id = {number: row for row in rows if (number := parse.text_or_none(row.get("id")))}
-        self._connection.notes["names"] = {number: clean(row.get("name"), 80) for number, row in by_id.items()}
-        return Fleet(by_id, answer, self._clock() - began)
-
-    def _mode(self) -> str:
-        """The fleet's own state, if it gives no orders to robots in it; else ""."""
-        return self._connection.shared(self, "mode", self._ask_mode)
-
-    def _ask_mode(self) -> str:
-        try:
-            found = self._get("/status", lambda found: parse.single(found, message("the fleet's state")))
-        except Rejected:
-            return ""
-        if "state_id" in found or "battery_percentage" in found:
-            raise NotAMir(code="not_a_fleet", address=self.address.netloc)
-        mode = clean(found.get("state"), 80)
-        return "" if mode.casefold() == NORMAL else mode
-
     def identify(self) -> Identity:
         """Also looks whether the robot's own API can be reached, for what the fleet can't do."""
         status = self.status()
@@ -196,30 +149,6 @@ class ClassicVehicle(StoredData):
         if not self._is_any:
             self._connection.notes["reaches", self.vehicle] = self._reaches_robot()
         return Identity(status, self._user_name, status.software, self.identified_by)
-
-    def identify_fleet(self) -> FleetIdentity:
-        """The fleet, and its robots as it lists them. Its name, which tells it from others, is the guid of the app's
-        own user there; None where that is one of the users that all fleets have."""
-        found = (row if "name" in row else self._alone(number) for number, row in self._fleet(0.0).vehicles.items())
-        vehicles = sorted((fleet_vocabulary.vehicle(row) for row in found), key=lambda each: int(each.id))
-        return FleetIdentity(self._name_of_fleet(), None, tuple(vehicles))
-
-    def _name_of_fleet(self, within: float = USER_KNOWN_FOR) -> str | None:
-        self._user, self._user_name = self._connection.shared(self, "user", self._ask_user, within)
-        return None if not self._user or self._user.startswith(BUILT_IN) else self._user
-
-    def _ask_user(self) -> tuple[str, str]:
-        try:
-            found = self._get("/users/me", lambda found: parse.single(found, message("the user")))
-        except Rejected:
-            self._queue.ids({"limit": "1"})  # needs credentials as well
-            return "", ""
-        return clean(found.get("guid"), 80), clean(found.get("name"), 80)
-
-    def _check_fleet(self, within: float = USER_KNOWN_FOR) -> None:
-        found = self._name_of_fleet(within)
-        if self.fleet_identity and found != self.fleet_identity:
-            raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found or "?")
 
     # ------------------------------------------------------------------ orders
     def enqueue(
@@ -296,15 +225,19 @@ class ClassicVehicle(StoredData):
         return self._connection.shared(self, "highest", self._queue.highest_id)
 
     def newest_id(self, token: str = "") -> int | None:
-        """Where the fleet has no search, of the newest orders of all its robots."""
+        """Where the fleet has no search, of the newest orders of all its robots. None too where it doesn't sort."""
         filters = [{"fieldname": "robot_id", "operator": "=", "value": self.vehicle}]
         try:
-            found = self._entries("POST", f"{ORDERS}/search", {**NEWEST, "limit": "1"}, {"filters": filters})
+            found = self._entries("POST", f"{ORDERS}/search", {**NEWEST, "limit": "2"}, {"filters": filters})
         except Refusal as error:
             if error.status not in UNSUPPORTED:
                 raise
             found = self._connection.shared(self, "newest", lambda: self._entries("GET", ORDERS, NEWEST, None))
-        return max((parse.queue_id(entry) for entry in found if entry["vehicle"] == self.vehicle), default=None)
+        numbers = [parse.queue_id(entry) for entry in found]
+        if numbers != sorted(numbers, reverse=True):
+            return None
+        own = (number for number, entry in zip(numbers, found, strict=True) if entry["vehicle"] == self.vehicle)
+        return next(own, None)
 
     def cancel(self, queue_id: int, token: str = "") -> None:
         self.pace.wait(None)
@@ -316,10 +249,13 @@ class ClassicVehicle(StoredData):
             self._connection.forget("open")
 
     def _check_order(self, queue_id: int, token: str) -> None:
-        """A fleet that has begun its numbers again may have another's order under this one. Raises Rejected then."""
+        """A fleet that has begun its numbers again may have another's order under this one. Raises Rejected then. One that
+        can't be read is cancelled: it was listed with the app's token, and must not run."""
         try:
             answer = self._send("GET", f"{ORDERS}/{queue_id}")
             item = parse.queue_item(self._in_robot_words(self._read(answer, parse_order)))
+        except (RobotFault, Unreadable):
+            return
         except RobotError as error:
             raise error.unsent() from None
         if token and self._profile.token_field:
@@ -376,26 +312,6 @@ class ClassicVehicle(StoredData):
             return False
 
     # ------------------------------------------------------------------ requests
-    def _request(
-        self,
-        method: str,
-        path: str,
-        *,
-        query: Mapping[str, str] | None = None,
-        json: Any = None,
-        share: float = OF_READS,
-    ) -> Response:
-        def send() -> Response:
-            self.pace.wait(share, self.on_pause)
-            return self._send(method, path, query=query, json=json)
-
-        return again_if_stale(send)
-
-    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
-        """Any request to the known fleet, for a check-up: an answer of success as it came. Raises RobotError."""
-        self._check_fleet()
-        return self._send(method, path, query=query, json=json)
-
     def _verify(self, *, needs_contact: bool = True) -> None:
         """Whether the known fleet and robot are there, before anything is changed. ``needs_contact``: the fleet reaches
         the robot."""

@@ -15,7 +15,8 @@ from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.robot import RobotStatus
 from app.mir import parse
-from app.mir.classic_vehicle import ORDERS, ClassicVehicle
+from app.mir.classic_requests import ORDERS
+from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.client import RobotClient
 from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.errors import Refusal, RobotError

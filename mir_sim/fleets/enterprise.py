@@ -38,7 +38,7 @@ class EnterpriseFleet(SimulatedFleet):
         self._orders: dict[str, SerialOrder] = {}  # by their ids; of two with the same, the newer one
         self._phases: dict[str, tuple[SerialOrder, Phase]] = {}
         self.active: list[SerialOrder] = []
-        self.last_shown: dict[int, Row] = {}  # by number of the robot: as it was when the robot went offline
+        self.last_shown: dict[int, Row] = {}  # by number of the robot: the last before it went offline
 
     def keep_last(self, vehicle: Vehicle) -> None:
         self.last_shown[vehicle.number] = enterprise_robots.shown(vehicle, self.text_of)

@@ -87,7 +87,7 @@ class SerialOrder:
 
     Attributes:
         index: of the phase whose turn it is.
-        earliest: simulated second before which it doesn't begin, and the time as it was posted.
+        earliest: simulated second before which it doesn't begin, and the time that was posted.
         is_aborting: somebody has asked for its end.
         ended: when its last mission had ended.
     """

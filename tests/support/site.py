@@ -137,8 +137,8 @@ class Site:
             with_window=self._with_window,
             machine=self.tablet,
         )
-        self._connection = OneThread(
-            self.clock.monotonic, self._paces.setdefault(FLEET, Pace(self.clock.monotonic, self.network.time_out))
+        self._connection = OneThread(  # by a clock that counts the tablet's sleep, as since_boot
+            self.seconds, self._paces.setdefault(FLEET, Pace(self.clock.monotonic, self.network.time_out))
         )
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}

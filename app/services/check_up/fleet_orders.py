@@ -11,7 +11,8 @@ from app.domain.check_up import LeftBehind
 from app.domain.message import message
 from app.domain.robot import QueueItem, QueueState
 from app.mir import enterprise_vocabulary, parse
-from app.mir.classic_vehicle import ORDERS, ClassicVehicle
+from app.mir.classic_requests import ORDERS
+from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.enterprise_requests import NOT_FOUND, segment
 from app.mir.enterprise_vehicle import ORDER, EnterpriseVehicle
 from app.mir.errors import Unreadable

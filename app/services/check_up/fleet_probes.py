@@ -9,7 +9,8 @@ from datetime import datetime
 from app.domain.check_up import Topic
 from app.domain.message import message
 from app.domain.robot import FleetIdentity, RobotStatus
-from app.mir.classic_vehicle import BUILT_IN, ClassicVehicle
+from app.mir.classic_requests import BUILT_IN
+from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.errors import RobotError, Unauthorized
 from app.mir.fleet_vocabulary import ORDER_STATES

@@ -324,6 +324,15 @@ def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
     assert f"DELETE /mission_scheduler/{number}" not in hall.transport.requests
 
 
+def test_an_order_that_can_not_be_read_is_cancelled(hall: Hall) -> None:
+    """It was listed with the app's token: a late one of a cancelled start must not run."""
+    aino = hall.vehicle()
+    number = aino.enqueue(GUIDS["Deliver"], description=token())
+    hall.fleet.faults.add(Fault(FaultKind.GARBAGE, f"/mission_scheduler/{number}", "GET"))
+    aino.cancel(number)
+    assert f"DELETE /mission_scheduler/{number}" in hall.transport.requests
+
+
 @pytest.mark.parametrize(("body", "delivery"), [(b"<html>", Delivery.UNKNOWN), (b"{}", Delivery.REFUSED)])
 def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(hall: Hall, body: bytes, delivery: Delivery) -> None:
     """A security box may have said it, of an order that the fleet has taken."""
@@ -350,3 +359,15 @@ def test_a_question_is_answered_through_the_fleet(hall: Hall) -> None:
     hall.pass_time(2.0)
     assert aino.status().user_prompt is None
     assert hall.run_until(aino, number, QueueState.DONE, QueueState.ABORTED)
+
+
+@pytest.mark.parametrize("search", [200, 404], ids=["by search", "by list"])
+def test_the_newest_order_of_a_robot_is_known_only_where_the_fleet_sorts(search: int) -> None:
+    hall = Hall(search=search)
+    aino = hall.vehicle()
+    numbers = [aino.enqueue(GUIDS["Home"], description=token()) for _ in range(3)]
+    assert aino.newest_id() == numbers[-1]
+    hall.connection.forget("newest")
+    entries = aino._entries
+    aino._entries = lambda *asked: sorted(entries(*asked), key=lambda entry: entry["id"])  # type: ignore[method-assign]
+    assert aino.newest_id() is None
