@@ -216,7 +216,11 @@ class ClassicVehicle(ClassicRequests):
         highest: int = 0,
         tokens: Collection[str] = (),
     ) -> list[QueueItem]:
+        """Those with these ``tokens`` whatever their number: a fleet that restarts may have given lower ones again."""
         found = self._queue.items_after(id_floor, known, highest)
+        missing = set(tokens) - {item.description for item in found}
+        if missing and self._profile.token_field:
+            found = [*self._queue.described(missing), *found]
         may_be_its = ("", self.vehicle)  # an order that waits may show no robot yet, though it has one
         return [item for item in found if self._is_any or item.vehicle in may_be_its or item.description in tokens]
 

@@ -9,7 +9,7 @@ bounds raises an error.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from app.domain.check_up import RobotProfile
@@ -88,6 +88,14 @@ class QueueReader:
             floor,
         )
         return found if is_proof else self._one_by_one(floor, found, known, highest)
+
+    def described(self, tokens: Collection[str]) -> list[QueueItem]:
+        """Items with one of these descriptions, whatever their number; without search, those among the newest."""
+        items, _ = self._search(
+            {"fieldname": "description", "operator": "IN", "value": [*tokens]},
+            lambda entry: entry.get("description") in tokens,
+        )
+        return items
 
     def _one_by_one(self, floor: int, listed: Sequence[QueueItem], known: Known, highest: int) -> list[QueueItem]:
         """If a list proves nothing (it may have the oldest items), numbers do: those above the floor, until several in

@@ -161,9 +161,10 @@ def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, mon
 
 @pytest.mark.parametrize(("identity", "is_certain"), [("a user", True), (None, False)])
 def test_a_start_in_doubt_is_not_repeated_at_a_fleet_that_may_be_another_one(identity, is_certain):
-    client = SimpleNamespace(capabilities=OF_A_VEHICLE, highest_queue_id=lambda: 1)
-    context = SimpleNamespace(ledger=None)
+    client = SimpleNamespace(capabilities=OF_A_VEHICLE)
+    context = SimpleNamespace(ledger=None, clock=SimpleNamespace(monotonic=lambda: 7.0))
     robot = Robot("Any", "", fleet=Fleet("Hall", "http://hall", identity=identity), vehicle=ANY_VEHICLE)
-    about = Duplicates(client, context, SimpleNamespace(robot=robot))
+    seen = SimpleNamespace(robot=robot, began_again_at=-math.inf, read_highest=lambda _floor: 1)
+    about = Duplicates(client, context, seen)
     row = SimpleNamespace(queue_floor=1)
     assert (about.why_uncertain(row, is_taken=False, may_change_robot=False) == "") is is_certain

@@ -60,7 +60,10 @@ class Duplicates:
     # ------------------------------------------------------------------ which one is ours
     def of(self, row: Execution) -> list[QueueItem]:
         """Items that the attempts of this row put on the robot, oldest first."""
-        newer = sorted(self._client.items_after(row.queue_floor or 0, tokens=(row.token,)), key=lambda item: item.id)
+        floor = row.queue_floor or 0
+        if floor and self._seen.robot.fleet is not None:  # others may order past it before the next look
+            self._seen.read_highest(floor)
+        newer = sorted(self._client.items_after(floor, tokens=(row.token,)), key=lambda item: item.id)
         found = [item for item in newer if item.description == row.token]
         if found or not newer:
             return found
@@ -104,7 +107,10 @@ class Duplicates:
         most."""
         if is_taken:
             return message("it took it, but its queue does not show it")
-        if row.queue_floor and (self._client.highest_queue_id() or 0) < row.queue_floor:
+        floor = row.queue_floor or 0
+        if self._s.clock.monotonic() - self._seen.began_again_at <= age or (
+            floor and self._seen.read_highest(floor) < floor
+        ):
             return message("its queue was reset")
         if self._client.capabilities.find_by is FindBy.ID and age > ORDERS_ARE_KEPT:
             return message("it may have ended, and the fleet may no longer show it")

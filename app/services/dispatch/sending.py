@@ -24,6 +24,7 @@ from app.database.executions import Unsent
 from app.database.values import to_text
 from app.domain import rules
 from app.domain.activity import can_work
+from app.domain.capabilities import FindBy
 from app.domain.choice import may_change_robot
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
@@ -247,7 +248,7 @@ class Sending:
                     self._ledger.forget_idle(self._robot_id)  # it may begin again
                     return False
             if self._seen.highest is None:
-                self._seen.highest = self._client.highest_queue_id() or 0
+                self._seen.read_highest()
             already_there = self._duplicates.of(row) if row.attempts and row.queue_floor is not None else []
             if (
                 not already_there
@@ -368,8 +369,12 @@ class Sending:
         def is_wanted() -> bool:
             return self._seen.may_be_sent_by and self._is_wanted(intent, plan_version)
 
-        if (values := self._values(intent)) is None:
-            self._release([intent])
+        try:
+            if (values := self._values(intent)) is None or self._is_below(intent):
+                self._release([intent])
+                return
+        except RobotError as error:
+            self._failed([intent], error.message)
             return
         self._mark_in_doubt(intent)
         try:
@@ -385,6 +390,12 @@ class Sending:
             self._not_accepted(intent, error)
         else:
             self._accepted(intent, queue_id)
+
+    def _is_below(self, intent: Execution) -> bool:
+        """Whether ids have begun again since the intent, where only they would tell its order from others. Raises
+        RobotError."""
+        floor = intent.queue_floor or 0
+        return self._client.capabilities.find_by is FindBy.MATCH and self._seen.read_highest(floor) < floor
 
     def _not_accepted(self, intent: Execution, error: RobotError) -> None:
         """Whether anything of it may be on the robot decides what follows."""

@@ -283,7 +283,7 @@ class RobotWorker:
             if self.seen.age > STATUS_IS_FRESH / 2:
                 self.seen.read_status()
             if self.seen.highest is None:  # its queue could not be read yet
-                self.seen.highest = self._client.highest_queue_id() or 0
+                self.seen.read_highest()
             for guid, mission, entered in self._s.schedules.with_parameters(
                 self._s.db.read(), self.robot.id, self._clock.now() + SOON
             ):
@@ -299,7 +299,7 @@ class RobotWorker:
         items = tuple(sorted(self._client.open_items(), key=lambda item: (item.is_pending, item.id)))
         self._sending.send_due()
         if full:
-            self.seen.highest = self._client.highest_queue_id() or 0
+            self.seen.read_highest()
             if self.robot.fleet is not None and self.robot.idle is not None:
                 self.seen.newest = self._newest()
             self._sending.send_due()
@@ -376,7 +376,7 @@ class RobotWorker:
 
     def _is_still_idle(self, row: Execution) -> bool:
         """An idle mission is checked again before it is sent: nothing else may have run. Raises RobotError."""
-        self.seen.highest = self._client.highest_queue_id() or 0
+        self.seen.read_highest()
         is_wanted = self._s.ledger.wanted(row).why is None
         is_unused = self.seen.highest == row.queue_floor
         if self.robot.fleet is not None:

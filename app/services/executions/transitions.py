@@ -152,15 +152,17 @@ def unassign(row: Execution) -> Transition:
 # ---------------------------------------------------------------------- being sent
 def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
     """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the
-    first attempt on this machine stays: everything that this execution ever put there has ids above it."""
+    first attempt on this machine stays: everything that this execution ever put there has ids above it, unless a fleet
+    has begun its numbers again."""
     is_first = row.queue_floor is None or is_other_machine(row, robot.serial_number)
+    is_below = robot.fleet is not None and (queue_floor or 0) < (row.queue_floor or 0)
     return Transition(
         Event.BEGIN,
         row,
         {
             "state": State.SUBMITTING,
             "attempts": row.attempts + 1,
-            "queue_floor": queue_floor if is_first else row.queue_floor,
+            "queue_floor": queue_floor if is_first or is_below else row.queue_floor,
             **_sent_to(robot),
         },
     )

@@ -1,0 +1,98 @@
+"""A classic fleet that restarts without memory may give numbers of orders again: no start is sent twice for that."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import ReasonCode, Schedule, State
+from tests.support.network import Fate
+from tests.support.site import GUIDS, Site
+
+OTHERS = [pytest.param(20, id="others order past the number"), pytest.param(0, id="none order", marks=pytest.mark.long)]
+LATER = 86400.0  # s: orders of others that wait for tomorrow
+
+
+@pytest.fixture
+def site(tmp_path):
+    site = Site(tmp_path, target="classic", robots=2)
+    yield site
+    site.switch_off()
+
+
+def others_order(site, count):
+    user = next(iter(site.fleet.site.table("/users")))
+    for _ in range(count):
+        site.fleet.book.submit(site.fleet.new_guid(), GUIDS["Home"], user, site.fleet.now, earliest=LATER)
+
+
+def plan(site, minutes=2):
+    start = (site.clock.now() + timedelta(minutes=minutes)).replace(tzinfo=None, second=0, microsecond=0)
+    values = {"robot_id": 1, "mission_id": 1, "respect_working_days": False, "start_window_minutes": 60}
+    return site.container.catalogue.save_schedule(Schedule("S", start=start, timezone="UTC", **values))
+
+
+def settled(site):
+    site.run_until(lambda: site.executions() and not any(row.state.is_open for row in site.executions()))
+    (row,) = site.executions()
+    return row
+
+
+def ours(site):
+    return [order for order in site.fleet.book if order.mission_id == GUIDS["Deliver"]]
+
+
+def lose_the_answer(site, restarts=True, after=lambda: None):
+    """``restarts``: the fleet has just forgotten what waited, so that its number is one that the app has seen. ``after``: a second
+    later, long before the app looks."""
+    site.add_robots()
+    site.add_mission()
+    others_order(site, 6)
+    site.run(40)
+    start = plan(site).start
+    site.run_until(lambda: site.clock.now().replace(tzinfo=None) >= start - timedelta(seconds=1))
+    if restarts:
+        site.fleet.book.forget_waiting(reuse_numbers=True)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.network.submitted = lambda _one: site.at(1.0, after)
+
+
+def forget_descriptions(site):
+    site.fleet.knobs, site._token_field = replace(site.fleet.knobs, description="none"), ""
+
+
+def lose_all(site):
+    """As a fleet that is installed new; its robots continue, and others order."""
+    site.fleet.book._orders.clear()
+    site.fleet.book._open.clear()
+    site.fleet.book._last_number = 0
+    site.at(8.0, lambda: others_order(site, 9))
+
+
+@pytest.mark.parametrize("search", [200, 404], ids=["by search", "by list"])
+@pytest.mark.parametrize("others", OTHERS)
+def test_an_order_below_the_known_numbers_is_found_by_its_token(site, search, others):
+    site.fleet.knobs = replace(site.fleet.knobs, search=search)
+    lose_the_answer(site, after=lambda: others_order(site, others))
+    row = settled(site)
+    assert (row.state, len(ours(site)), row.queue_id) == (State.COMPLETED, 1, 1)
+
+
+@pytest.mark.parametrize("others", OTHERS)
+def test_without_tokens_a_start_is_sent_only_above_the_numbers_of_now(site, others):
+    forget_descriptions(site)
+    lose_the_answer(site, after=lambda: others_order(site, others))
+    row = settled(site)
+    assert (row.state, len(ours(site)), row.queue_id) == (State.COMPLETED, 1, 1)
+
+
+@pytest.mark.parametrize("is_marked", [True, False], ids=["with tokens", "without"])
+def test_a_start_that_may_have_been_taken_and_forgotten_is_not_sent_again(site, is_marked):
+    if not is_marked:
+        forget_descriptions(site)
+    lose_the_answer(site, restarts=False, after=lambda: lose_all(site))
+    row = settled(site)
+    assert (row.state, row.reason.code, len(site.network.posts())) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+    assert row.reason.details["problem"]["msgid"] == "its queue was reset"
