@@ -124,10 +124,9 @@ def profile_of(text: str) -> RobotProfile:
         _require(
             found[name] is None or (found[name] >= 0 and found[name] != 1), f"{name} {found[name]}"
         )  # pages of one have no order
-    for name in ("clock_offset", "lost", "quiet_s", "timeout_s"):
-        found[name] = (
-            None if found[name] is None else _finite(found[name], 0.0 if name != "clock_offset" else -math.inf)
-        )
+    for name in ("clock_offset", "lost", "quiet_s", "timeout_s", "ended_shown_s"):
+        value = found.get(name)  # those of earlier versions lack the last one
+        found[name] = None if value is None else _finite(value, 0.0 if name != "clock_offset" else -math.inf)
     states = {_text(word): _text(state) for word, state in _object(found.pop("item_states")).items()}
     for word, state in states.items():  # MiR's own words mean what they do
         _require(

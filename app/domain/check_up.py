@@ -90,7 +90,8 @@ class RobotProfile:
     is ahead of the tablet's. latency: s until an answer: fastest, median, 95th percentile, slowest. ``lost``: share of
     requests without an answer, 0–1. rest: the load that it does not bear, if found. priority_counts: whether an item of
     higher priority begins before an earlier one. quiet_s, timeout_s: derived from the latency: quiet time after an
-    unknown outcome, and time-out of a whole answer, in seconds.
+    unknown outcome, and time-out of a whole answer, in seconds. ended_shown_s: for how long a fleet that is asked for
+    orders by id shows those that have ended, at least.
     """
 
     serial_number: str | None
@@ -111,6 +112,7 @@ class RobotProfile:
     priority_counts: bool | None = None
     quiet_s: float | None = None
     timeout_s: float | None = None
+    ended_shown_s: float | None = None
 
     def is_of(self, serial_number: str | None, software: str | None) -> bool:
         """Whether it is of this machine with its present software."""

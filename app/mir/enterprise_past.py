@@ -3,8 +3,9 @@ if the app has seen what there was before it, and no other could be meant."""
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Any, NamedTuple
 
 from app.domain.message import message
@@ -18,6 +19,12 @@ from app.mir.fleet_connection import FRESH
 MOST_REMEMBERED = 500  # orders
 LISTED_FOR = 3000.0  # s after it was sent in which it is listed for certain: those that ended within the hour are
 CLOCK_STEPS = timedelta(minutes=2)  # of the fleet, that a search allows for
+SEARCHED = (
+    timedelta(hours=1),
+    timedelta(days=1),
+    timedelta(days=7),
+)  # for an order that has ended long ago, one after the other
+LONG_AGO = 1800.0  # s
 
 _KEYS = ("api-key-guid", "api-key-name")
 
@@ -98,6 +105,25 @@ class PastOrders:
         known[token] = phase_id
         for old in list(known)[:-MOST_REMEMBERED]:
             known.pop(old, None)
+
+    def shown_for(self, is_found: Callable[[str], bool]) -> float:
+        """Seconds for which an order is shown once it has ended, at least: that long ago the oldest one has that is listed, and is
+        found by its id. 0.0: none is, or the fleet does not report its time."""
+        self.rows(0.0)
+        now: datetime | None = self._notes.get("time")
+        longest = 0.0
+        for back in SEARCHED if now else ():
+            assert now is not None
+            rows = self._ask_since(now - back)
+            ended = sorted(
+                (at, _id(row)) for row in rows if (at := parse.instant(row.get("order-finished"))) is not None
+            )
+            oldest = bisect_left(ended, True, key=lambda row: is_found(row[1]))
+            if oldest < len(ended):
+                longest = max(longest, (now - ended[oldest][0].replace(tzinfo=UTC)).total_seconds())
+            if longest > LONG_AGO:
+                break
+        return longest
 
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises

@@ -172,10 +172,12 @@ class EnterpriseRequests(RestRequests):
         )
 
     # ------------------------------------------------------------------ requests
-    def _request(self, method: str, path: str, *, share: float = OF_READS) -> Response:
+    def _request(
+        self, method: str, path: str, *, query: Mapping[str, str] | None = None, share: float = OF_READS
+    ) -> Response:
         def send() -> Response:
             self.pace.wait(share, self.on_pause)
-            return self._send(method, path)
+            return self._send(method, path, query=query)
 
         return again_if_stale(send)
 

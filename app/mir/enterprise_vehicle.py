@@ -259,8 +259,8 @@ class EnterpriseVehicle(EnterpriseRequests):
 
     def _ask_past(self, since: datetime | None = None) -> list[parse.Object]:
         """Those that have ended ``since``, else within the hour. With the fleet's time."""
-        path = "/order" if since is None else f"/order?terminatedAfter={since.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"
-        answer = self._request("GET", path)
+        query = None if since is None else {"terminatedAfter": f"{since.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"}
+        answer = self._request("GET", "/order", query=query)
         self._connection.notes["time"] = parse.http_date(answer.headers.get("Date", ""))
         rows = self._read(answer, lambda found: parse.objects(found, message("the orders")), None)
         return [row | {"order-id": clean(row.get("order-id"), 80).lower()} for row in rows]
@@ -270,6 +270,10 @@ class EnterpriseVehicle(EnterpriseRequests):
         if order is not None:
             self._past.remember(token, phase_id)
         return None if order is None else words.item_of_order(token, order, self._said(token))
+
+    def ended_shown_for(self) -> float:
+        """Seconds for which it shows an order that has ended, at least, as far as can be seen now."""
+        return self._past.shown_for(lambda id_: not self._is_whole or self._found(f"/order/{segment(id_)}") is not None)
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for."""

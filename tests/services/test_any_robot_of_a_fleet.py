@@ -15,7 +15,6 @@ from app.database.robots import Accepted, RobotRepository
 from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
-from app.services.dispatch import duplicates
 from app.services.dispatch.duplicates import Duplicates
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
@@ -134,11 +133,13 @@ def test_the_newest_order_of_a_fleet_is_that_of_any_of_its_robots(site):
     assert RobotRepository().newest_of_fleet(site.container.db.read(), site.hall.id) == 12
 
 
-def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, monkeypatch):
-    """Its answer was lost, and the fleet was away for longer than it keeps orders."""
-    monkeypatch.setattr(duplicates, "ORDERS_ARE_KEPT", 120.0)
+@pytest.mark.parametrize(
+    ("version", "kept", "away"), [("1.5.0", 60.0, 400.0), ("1.4.2", 60.0, 400.0), ("1.5.0", 120.0, 1200.0)]
+)
+def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, version, kept, away):
+    """Its answer was lost, and the fleet was away for longer than it shows orders that have ended."""
     site = Site(tmp_path, target="enterprise")
-    site.fleet.knobs = replace(site.fleet.knobs, ids_kept=120.0, orders_kept=120.0)
+    site.fleet.knobs = replace(site.fleet.knobs, version=version, ids_kept=kept, orders_kept=kept)
     (robot,) = site.add_robots()
     site.add_mission()
     site.run(10)
@@ -150,7 +151,9 @@ def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, mon
     site.run_until(lambda: len(list(site.fleet.phases())) == 1)
     site.run(0.5)
     site.network.down.update([*site.machines, FLEET])
-    site.run(1200)
+    site.run(away)
+    site.fleet.catch_up()
+    assert list(site.fleet.phases()) == []
     site.network.down.clear()
     site.run_until(lambda: site.executions()[0].attempts > 1 or not site.executions()[0].state.is_open)
     (row,) = site.executions()

@@ -38,6 +38,7 @@ from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.changes import Topic
 from mir_sim import MISSIONS, Profile, SimulatedRobot
+from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.machine import Machine
 from tests.support import targets
 from tests.support.clock import VirtualClock
@@ -234,9 +235,19 @@ class Site:
         is_classic = kind is FleetKind.CLASSIC
         user, password = (USER, PASSWORD) if is_classic else ("", "mir_scheduler")
         fleet = catalogue.save_fleet(Fleet(FLEET, f"http://{FLEET.lower()}", kind, user), password=password)
-        found = RobotProfile(None, None, token_field=self._token_field if is_classic else None)
+        found = (
+            RobotProfile(None, None, token_field=self._token_field)
+            if is_classic
+            else RobotProfile(None, None, ended_shown_s=self._ended_shown_s)
+        )
         self.container.db.write(lambda c: FleetRepository().update(c, replace(fleet, profile=found)))
         return fleet
+
+    @property
+    def _ended_shown_s(self) -> float:
+        """What the check-up of a fleet that has worked for an hour finds."""
+        assert isinstance(self.fleet, EnterpriseFleet)
+        return min(3600.0, self.fleet.knobs.orders_kept or 3600.0)
 
     @property
     def _vehicle_ids(self) -> dict[str, str]:

@@ -20,6 +20,7 @@ from app.services.check_up.queue_probes import queue
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 
 LENGTH_S = 15.0  # that it takes, about
+SHOWN_FOR_LONG = 600.0  # s, of an order that has ended: longer than most starts are in doubt
 NOT_MARKED = message(
     "If the trial shows no mark, only their user tells the app's orders from others: give the app a user of its own."
 )
@@ -75,6 +76,28 @@ def has_own_user(session: CheckUpSession) -> bool:
     return bool(guid) and not guid.startswith(BUILT_IN)
 
 
+def ended_orders(session: CheckUpSession) -> Found:
+    """Until when a start in doubt, which may have run, is certainly shown."""
+    client = session.robot.client
+    assert isinstance(client, EnterpriseVehicle)
+    try:
+        shown = session.facts["ended_shown_s"] = client.ended_shown_for()
+    except RobotError as error:
+        return red(
+            "Its orders can't be read: {problem}",
+            "The app looks for a start whose answer was lost there: it is not sent again.",
+            problem=error.message,
+        )
+    if shown >= SHOWN_FOR_LONG:
+        return green("It shows orders that ended {minutes} min ago", minutes=int(shown / 60))
+    return amber(
+        "It shows no order that ended more than {seconds} s ago",
+        "A start whose answer was lost longer ago may have run, so it is not sent again: check up again when the fleet has "
+        "worked for an hour.",
+        seconds=int(shown),
+    )
+
+
 CLASSIC: Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]] = (
     (Topic.CERTIFICATE, probes.certificate),
     (Topic.CLOCK, clock),
@@ -89,6 +112,7 @@ ENTERPRISE: Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]] = (
     (Topic.CERTIFICATE, probes.certificate),
     (Topic.CLOCK, clock),
     (Topic.MISSIONS, missions),
+    (Topic.QUEUE, ended_orders),
 )
 
 

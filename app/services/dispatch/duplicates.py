@@ -20,7 +20,7 @@ from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
-from app.services.dispatch.timing import ORDERS_ARE_KEPT, UNSEARCHED_AT_MOST
+from app.services.dispatch.timing import UNSEARCHED_AT_MOST
 from app.services.executions import transitions
 from app.services.executions.apply import WATCHED_FOR
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event, Transition, was_given_up
@@ -112,7 +112,7 @@ class Duplicates:
             floor and self._seen.read_highest(floor) < floor
         ):
             return message("its queue was reset")
-        if self._client.capabilities.find_by is FindBy.ID and age > ORDERS_ARE_KEPT:
+        if self._client.capabilities.find_by is FindBy.ID and age > self._ended_is_shown_for:
             return message("it may have ended, and the fleet may no longer show it")
         robot = self._seen.robot
         if robot.is_any and robot.fleet is not None and robot.fleet.identity is None:
@@ -120,6 +120,11 @@ class Duplicates:
         if may_change_robot and not self._would_be_seen():
             return message("its queue does not show whether it arrived")
         return ""
+
+    @property
+    def _ended_is_shown_for(self) -> float:
+        """Seconds, as its check-up has seen: what was sent before may have ended and be forgotten."""
+        return (self._seen.known and self._seen.known.ended_shown_s) or 0.0
 
     def _would_be_seen(self) -> bool:
         """Whether an arrived item would be found: by its token, or, on a checked-up robot, by its mission and the app's

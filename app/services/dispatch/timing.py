@@ -38,7 +38,6 @@ EARLY_RECHECK = (
     20.0  # the same if its instant will come again, after the clock was set back: it may be set forward again
 )
 AWAITED_FOR = 3 * RECHECK  # for which robots are asked for a start that is looked for on all
-ORDERS_ARE_KEPT = 3600.0  # at least, by a fleet that is asked for them by id
 RECONCILE_EVERY = 2.0  # between reads of a queue in which a request may still appear
 GONE_FOR = 10.0  # that a queue item has to be missing: a robot that boots answers 404 too
 UNSEARCHED_AT_MOST = 3600.0  # that such searches may fail on a robot that answers otherwise, before they end

@@ -11,6 +11,7 @@ from app.domain.message import render
 from app.domain.models import InvalidInput
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
+from mir_sim.fleets.base import GO_HOME as HOME
 from tests.support.check_up_fleet import MISSION, ROBOT, CheckedFleet
 from tests.support.check_up_site import Killed
 
@@ -217,3 +218,18 @@ def test_the_alarm_ends_with_a_fleet_that_is_removed(tmp_path):
     site.container.alarms.raise_("check_up_left", f"fleet:{site.id}", robot="Hall", problem="it does not answer")
     site.container.catalogue.remove_fleet(site.id)
     assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
+
+
+@pytest.mark.parametrize("version", ["1.5.0", "1.4.2"])
+@pytest.mark.parametrize(("kept", "shown"), [(None, 3600.0), (60.0, 0.0), (5000.0, 3600.0)])
+def test_it_is_found_out_for_how_long_orders_that_have_ended_are_shown(tmp_path, version, kept, shown):
+    """The last order of somebody else ended an hour before."""
+    site = CheckedFleet(tmp_path, "enterprise", version=version, orders_kept=kept)
+    site.machine.abort(site.machine.order_of_somebody(HOME, site.machine.vehicles[0]))
+    site.asked.clock.advance(3600.0)
+    site.machine.catch_up()
+    report = site.trial()
+    known = site.fleet.known
+    assert known.ended_shown_s == pytest.approx(shown, abs=60.0)
+    (queue,) = [finding for finding in report.findings if finding.topic is Topic.QUEUE]
+    assert queue.level is (Level.GREEN if shown else Level.AMBER)
