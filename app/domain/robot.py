@@ -152,6 +152,11 @@ class QueueItem:
         return self.state is QueueState.PENDING
 
     @property
+    def has_token(self) -> bool:
+        """Of this app, or of another copy of it."""
+        return len(self.description) == 36 and self.description.count("-") == 4
+
+    @property
     def may_be_open(self) -> bool:
         return self.state.is_open or (self.state is QueueState.UNKNOWN and self.finished is None)
 

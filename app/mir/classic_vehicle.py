@@ -192,7 +192,8 @@ class ClassicVehicle(ClassicRequests):
         found = self._get(f"{ORDERS}/{queue_id}", parse_order)
         item = parse.queue_item(self._in_robot_words(found))
         self._queue.saw(item)
-        self._followed.add(queue_id)
+        if token:
+            self._followed.add(queue_id)
         guid = clean(found.get("fleet_schedule_guid") or found.get("fleet_scheduled_guid"), 80)
         if item.state.is_open or item.message or not item.vehicle or not guid or not self.capabilities.failure_text:
             return item
@@ -262,9 +263,8 @@ class ClassicVehicle(ClassicRequests):
             return
         except RobotError as error:
             raise error.unsent() from None
-        if token and self._profile.token_field:
-            is_ours = item.description == token
-        else:
+        is_ours = item.description == token
+        if not (token and item.has_token):  # by who made it
             is_ours = not self._user_name or item.created_by_name in ("", self._user_name)
         if not is_ours:
             reason = message("the fleet has no such order")

@@ -115,7 +115,10 @@ def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fl
         ledger=None,
         clock=SimpleNamespace(monotonic=lambda: 7.0),
         db=SimpleNamespace(read=lambda: None),
-        robots=SimpleNamespace(last_accepted=lambda *_args: None, newest_of_fleet=lambda *_args: newest_known),
+        robots=SimpleNamespace(
+            last_accepted=lambda *_args: None,
+            newest_of_fleet=lambda *_args: newest_known and Accepted(newest_known, ""),
+        ),
         restored_starts=SimpleNamespace(
             wants=lambda _robot: True,
             sought=frozenset,
@@ -130,7 +133,7 @@ def test_the_newest_order_of_a_fleet_is_that_of_any_of_its_robots(site):
     named = site.container.catalogue.save_robot(Robot("Named", "", fleet=site.hall, vehicle="1"))
     add(site, ANY_VEHICLE)
     site.container.db.write(lambda c: RobotRepository().note_accepted(c, named.id, Accepted(12, "token")))
-    assert RobotRepository().newest_of_fleet(site.container.db.read(), site.hall.id) == 12
+    assert RobotRepository().newest_of_fleet(site.container.db.read(), site.hall.id) == Accepted(12, "token")
 
 
 @pytest.mark.parametrize(

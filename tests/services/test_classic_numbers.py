@@ -1,4 +1,5 @@
-"""A classic fleet that restarts without memory may give numbers of orders again: no start is sent twice for that."""
+"""What a classic fleet may forget: the numbers of orders, which it then gives again, and the marks that it gave back when it was
+checked up. No start is sent twice for that."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ import pytest
 
 from app.domain.models import ReasonCode, Schedule, State
 from tests.support.network import Fate
-from tests.support.site import GUIDS, Site
+from tests.support.site import GUIDS, USER, Site
 
 OTHERS = [pytest.param(20, id="others order past the number"), pytest.param(0, id="none order", marks=pytest.mark.long)]
 LATER = 86400.0  # s: orders of others that wait for tomorrow
@@ -96,3 +97,23 @@ def test_a_start_that_may_have_been_taken_and_forgotten_is_not_sent_again(site, 
     row = settled(site)
     assert (row.state, row.reason.code, len(site.network.posts())) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
     assert row.reason.details["problem"]["msgid"] == "its queue was reset"
+
+
+def test_a_fleet_that_has_stopped_returning_tokens_gets_no_start_twice(site):
+    site.fleet.knobs = replace(site.fleet.knobs, description="none")
+    lose_the_answer(site, restarts=False)
+    row = settled(site)
+    assert (row.state, len(ours(site)), len(site.network.posts())) == (State.COMPLETED, 1, 1)
+    assert [alarm.code for alarm in site.container.alarms.open()] == ["adopted_unproven"]
+
+
+def test_an_order_of_a_person_is_not_taken_for_a_start_of_a_fleet_that_returns_tokens(site):
+    """As the newest order of any of its robots shows."""
+    site.add_robots()
+    site.add_mission()
+    site.container.operator.run_now(2, 1)
+    settled(site)
+    plan(site)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.network.submitted = lambda _one: site.stranger_queues(user=USER)
+    site.run_until(lambda: len(site.network.posts("R1")) == 2)

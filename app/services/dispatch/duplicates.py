@@ -41,10 +41,6 @@ MAY_STILL_RUN = (
 )
 
 
-def looks_like_token(description: str) -> bool:
-    return len(description) == 36 and description.count("-") == 4
-
-
 class Duplicates:
     """Of one robot. Raises RobotError where it can't be asked."""
 
@@ -78,21 +74,23 @@ class Duplicates:
 
     def do_tokens_come_back(self) -> bool | None:
         """Whether this robot now returns descriptions unchanged: judged by the newest item that is certainly ours,
-        unless its check-up has shown that it does not. None: unknown."""
+        unless its check-up has shown that it does not. That it does is true until a robot boots; a fleet may have been
+        changed unseen. None: unknown."""
         known = self._seen.known
         if known is not None and known.token_field == "":
             return False
         if (is_returned := self._was_last_token_returned()) is not None:
             return is_returned
-        return True if known is not None and known.token_field else None
+        return True if known is not None and known.token_field and self._seen.robot.fleet is None else None
 
     def _was_last_token_returned(self) -> bool | None:
-        """None: the robot has no item that certainly belongs to the app."""
-        last = self._s.robots.last_accepted(self._s.db.read(), self._seen.robot.id)
+        """None: the robot, or any of its fleet, has no item that certainly belongs to the app."""
+        robots, robot, c = self._s.robots, self._seen.robot, self._s.db.read()
+        last = robots.newest_of_fleet(c, robot.fleet.id) if robot.fleet else robots.last_accepted(c, robot.id)
         if last is None:
             return None
         try:
-            item = self._client.queue_item(last.queue_id, last.token)
+            item = self._client.queue_item(last.queue_id)
         except Rejected:  # deleted, or its number is another item's now
             return None
         except (RobotFault, Unreadable):  # that one item, perhaps for long
@@ -136,7 +134,7 @@ class Duplicates:
         by no other execution."""
         return (
             item.mission_id == row.mission_guid
-            and not looks_like_token(item.description)
+            and not item.has_token
             and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
             and not self._ledger.is_claimed(self._seen.robot.id, item.id)
         )
@@ -144,7 +142,7 @@ class Duplicates:
     def is_ours(self, row: Execution, item: QueueItem) -> bool:
         """Whether the item under this number is the app's; after a reset of the robot's database, or if another machine
         took the request, it may be somebody else's."""
-        if looks_like_token(item.description):
+        if item.has_token:
             return item.description == row.token
         if item.id <= (row.queue_floor or 0):  # it was there before the request left
             return False
@@ -181,7 +179,7 @@ class Duplicates:
         return max(item.id for item in newer) if newer and all(map(self._is_of_idle_mission, newer)) else None
 
     def _is_of_idle_mission(self, item: QueueItem) -> bool:
-        row = self._ledger.by_token(item.description) if looks_like_token(item.description) else None
+        row = self._ledger.by_token(item.description) if item.has_token else None
         return row is not None and row.trigger is Trigger.IDLE
 
     def answer(self) -> None:
@@ -227,7 +225,9 @@ class Duplicates:
         if fleet is None or floor == 0:
             return floor, True
         newest = self._s.robots.newest_of_fleet(self._s.db.read(), fleet.id)
-        return (floor, False) if newest is None else (max(0, min(highest, newest) - SEARCHED_AFTER_RESTORE), True)
+        if newest is None:
+            return floor, False
+        return max(0, min(highest, newest.queue_id) - SEARCHED_AFTER_RESTORE), True
 
     def _is_of_robot(self, item: QueueItem) -> bool:
         """Not another robot's of the same fleet."""
@@ -275,7 +275,7 @@ class Duplicates:
         """Handle items that the robot has more than once, or whose row has ended."""
         if self._s.holds.is_copy is not None:
             return  # these rows are another tablet's
-        items = {item.id: item for item in open_items if looks_like_token(item.description)}
+        items = {item.id: item for item in open_items if item.has_token}
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
         newer = self._search(mono)
@@ -379,11 +379,7 @@ class Duplicates:
         return {row.token for row, _item in found if row.mission_guid in looked_for and row.token in self._watched}
 
     def _is_unmarked(self, item: QueueItem) -> bool:
-        return (
-            bool(item.created_by_name)
-            and not looks_like_token(item.description)
-            and ("unmarked_copy", item.id) not in self._alarmed
-        )
+        return bool(item.created_by_name) and not item.has_token and ("unmarked_copy", item.id) not in self._alarmed
 
     def _sent_lately(self) -> list[Execution]:
         now = self._s.clock.now()

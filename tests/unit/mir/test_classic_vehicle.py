@@ -313,7 +313,7 @@ def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
     """The fleet has begun its numbers again."""
     hall = Hall(description="posted" if field else "mission")
     aino = hall.vehicle(profile=RobotProfile(None, None, token_field=field))
-    number = aino.enqueue(GUIDS["Deliver"], description="another's")
+    number = aino.enqueue(GUIDS["Deliver"], description=token())
     if not field:
         (order,) = hall.fleet.book
         order.created_by = {**order.created_by, "guid": "another user", "name": "another user"}
@@ -322,6 +322,16 @@ def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
     assert refused.value.status == 404
     aino.clear_queue({number: token()})
     assert f"DELETE /mission_scheduler/{number}" not in hall.transport.requests
+
+
+def test_an_order_without_its_token_is_cancelled() -> None:
+    """The fleet has stopped returning descriptions since it was checked up."""
+    hall = Hall(description="mission")
+    aino = hall.vehicle()
+    own = token()
+    number = aino.enqueue(GUIDS["Deliver"], description=own)
+    aino.cancel(number, own)
+    assert hall.run_until(aino, number, QueueState.ABORTED)
 
 
 def test_an_order_that_can_not_be_read_is_cancelled(hall: Hall) -> None:
