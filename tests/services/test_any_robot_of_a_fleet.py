@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from app.database.backups import back_up, restore
 from app.database.robots import Accepted, RobotRepository
 from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State
 from app.domain.robot import RobotStatus
@@ -122,7 +123,7 @@ def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fl
         restored_starts=SimpleNamespace(
             wants=lambda _robot: True,
             sought=frozenset,
-            answer=lambda _robot, asked_at, _items, _tokens: answered.append(asked_at),
+            answer=lambda _robot, asked_at, _items, _tokens=None: answered.append(asked_at),
         ),
     )
     Duplicates(client, context, SimpleNamespace(robot=Robot("Aino", "", fleet=fleet, vehicle="1"))).answer()
@@ -162,6 +163,28 @@ def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, ver
     (row,) = site.executions()
     assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME)
     assert row.reason.details["problem"]["msgid"].endswith("the fleet may no longer show it")
+    site.switch_off()
+
+
+@pytest.mark.parametrize(("kept", "runs"), [(60.0, 1), (None, 1)])
+def test_a_run_that_a_fleet_has_forgotten_is_not_repeated_after_a_restore(tmp_path, kept, runs):
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, ids_kept=kept, orders_kept=kept)
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
+    window = {"respect_working_days": False, "start_window_minutes": 60}
+    planned = Schedule("S", robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **window)
+    site.container.catalogue.save_schedule(planned)
+    back_up(site.container.db.path, tmp_path / "before.db")
+    site.run_until(lambda: site.executions() and not site.executions()[0].state.is_open)
+    site.run(120)
+    site.switch_off()
+    restore(tmp_path / "before.db", site.container.db.path, site.clock.now())
+    site.switch_on()
+    site.run(1200)
+    assert len(site.queue("R1")) == runs
     site.switch_off()
 
 

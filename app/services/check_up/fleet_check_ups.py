@@ -7,6 +7,7 @@ import logging
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
+from dataclasses import replace
 from typing import Any
 
 from app.database.check_ups import CheckUpRepository
@@ -144,7 +145,10 @@ class FleetCheckUps(Remains):
             is_complete,
             of_fleet=True,
         )
-        return report, profile if is_known else fleet.profile if trial is None else None
+        if trial is None and fleet.profile is not None:
+            shown = session.facts.get("ended_shown_s", fleet.profile.ended_shown_s)
+            return report, replace(fleet.profile, ended_shown_s=shown)
+        return report, profile if is_known else None
 
     def _note_identity(self, fleet: Fleet, said: FleetIdentity) -> None:
         """A profile counts for that fleet with this software. Raises InvalidInput where it is another one."""

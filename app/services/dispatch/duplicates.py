@@ -122,7 +122,8 @@ class Duplicates:
     @property
     def _ended_is_shown_for(self) -> float:
         """Seconds, as its check-up has seen: what was sent before may have ended and be forgotten."""
-        return (self._seen.known and self._seen.known.ended_shown_s) or 0.0
+        known = self._seen.robot.known
+        return (known and known.ended_shown_s) or 0.0
 
     def _would_be_seen(self) -> bool:
         """Whether an arrived item would be found: by its token, or, on a checked-up robot, by its mission and the app's
@@ -216,7 +217,11 @@ class Duplicates:
         else:
             self._read = {}
             own = sorted((item for item in items if self._is_of_robot(item)), key=lambda item: item.id)
-            self._s.restored_starts.answer(robot, asked_at, own, None if is_whole else tokens)
+            if is_whole:
+                self._s.restored_starts.answer(robot, asked_at, own)
+            else:
+                shows_since = self._s.clock.now() - timedelta(seconds=self._ended_is_shown_for)
+                self._s.restored_starts.answer(robot, asked_at, own, tokens, shows_since)
 
     def _floor_of_restored(self, highest: int) -> tuple[int, bool]:
         """From where to search for what a restored backup does not know, and whether all of that lies above. A fleet

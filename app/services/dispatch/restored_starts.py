@@ -46,6 +46,7 @@ class _Answer:
     asked_at: float
     items: dict[str, QueueItem]  # by description
     tokens: frozenset[str] | None = None  # those that it was asked for; None: it has listed all of its newest
+    shows_since: datetime | None = None  # what was sent before may have ended and be forgotten there
 
 
 @dataclass
@@ -122,19 +123,23 @@ class RestoredStarts:
             self._settled = settled
 
     # ------------------------------------------------------------------ asking robots
-    def find(self, tokens: Sequence[str | None], robot_id: int | None) -> Found:
-        """The place of an item with one of these tokens: on one robot, or (None) on any. While it is uncertain, the
-        robots are asked."""
+    def find(self, tokens: Sequence[str | None], robot_id: int | None, planned_at: datetime) -> Found:
+        """The place of an item with one of these tokens, sent at ``planned_at`` at the earliest: on one robot, or (None)
+        on any. While it is uncertain, the robots are asked."""
         robots = [robot for robot in self._robots() if robot_id in (None, robot.id)]
         mono = self._clock.monotonic()
         with self._lock:
             search, final_from = self._current_search(), self._final_from()
             search.sought |= dict.fromkeys(filter(None, tokens), mono + AWAITED_FOR)
-            for answer in filter(None, map(search.answer_of, robots)):
+            answers = [answer for robot in robots if (answer := search.answer_of(robot)) is not None]
+            for answer in answers:
                 if found := next((answer.items[token] for token in tokens if token in answer.items), None):
                     return Found(answer.robot, found)
             if all(search.answered_at(robot, mono) >= final_from for robot in robots):
-                return Found()
+                may_be_forgotten = any(
+                    each.shows_since is not None and planned_at < each.shows_since for each in answers
+                )
+                return Found(is_certain=not may_be_forgotten)
             calls = mono > search.awaited_until or search.called_at < final_from <= mono
             search.awaited_until = mono + AWAITED_FOR
             if calls:
@@ -159,13 +164,20 @@ class RestoredStarts:
             return self._current_search().tokens(self._clock.monotonic())
 
     def answer(
-        self, robot: Robot, asked_at: float, items: Sequence[QueueItem], tokens: frozenset[str] | None = None
+        self,
+        robot: Robot,
+        asked_at: float,
+        items: Sequence[QueueItem],
+        tokens: frozenset[str] | None = None,
+        shows_since: datetime | None = None,
     ) -> None:
         """A robot's newest items, by ascending id; ``asked_at`` on the monotonic clock. ``tokens``: it was asked for
-        these only."""
+        these only, and shows those that were sent since then."""
         earliest = {item.description: item for item in reversed(items)}
         with self._lock:
-            self._current_search().answers[robot.id, robot.address] = _Answer(robot, asked_at, earliest, tokens)
+            self._current_search().answers[robot.id, robot.address] = _Answer(
+                robot, asked_at, earliest, tokens, shows_since
+            )
 
     def _current_search(self) -> _Search:
         """A new one when the plan has moved here since."""

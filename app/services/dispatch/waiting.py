@@ -140,7 +140,8 @@ class Waiting:
         if through is None or row.planned_at > through:
             return Found()
         tokens = (row.token, old_token(self._s.tablet.move, row))
-        return self._s.restored_starts.find(tokens, None if row.trigger is Trigger.SCHEDULED else self._robot_id)
+        robot_id = None if row.trigger is Trigger.SCHEDULED else self._robot_id
+        return self._s.restored_starts.find(tokens, robot_id, row.planned_at)
 
 
 def _why_uncertain(row: Execution, found: Found) -> WaitsFor | None:
