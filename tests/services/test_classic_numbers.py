@@ -8,7 +8,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import ReasonCode, Schedule, State
+from app.domain.models import ANY_VEHICLE, ReasonCode, Robot, Schedule, State
+from mir_sim.fleets.orders import OrderState
 from tests.support.network import Fate
 from tests.support.site import GUIDS, USER, Site
 
@@ -117,3 +118,25 @@ def test_an_order_of_a_person_is_not_taken_for_a_start_of_a_fleet_that_returns_t
     site.network.next("POST", "/mission_queue", Fate.LOST)
     site.network.submitted = lambda _one: site.stranger_queues(user=USER)
     site.run_until(lambda: len(site.network.posts("R1")) == 2)
+
+
+@pytest.mark.parametrize("vehicle", ["1", ANY_VEHICLE])
+def test_a_copy_that_ends_between_two_polls_is_reported(site, vehicle):
+    """A network has doubled the request."""
+    fleet = site.add_fleet()
+    robot = site.container.catalogue.save_robot(Robot("Robot", "", fleet=fleet, vehicle=vehicle))
+    site.add_mission()
+    site.container.catalogue.change_settings(poll_interval_seconds=600)
+    site.run(30)
+
+    def double(sent):
+        user, wanted = next(iter(site.fleet.site.table("/users"))), site.fleet.vehicles[0] if vehicle == "1" else None
+        site.fleet.book.submit(
+            site.fleet.new_guid(), sent.mission_id, user, site.fleet.now, description=sent.token, wanted=wanted
+        )
+
+    site.network.submitted = lambda sent: site.at(1.0, lambda: double(sent))
+    site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: sum(order.state is OrderState.DONE for order in ours(site)) == 2)
+    site.run(700)
+    assert [alarm.code for alarm in site.container.alarms.open()] == ["duplicate_running"]

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Iterable, Sequence
-from datetime import timedelta
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime, timedelta
 
 from app.domain.capabilities import FindBy
+from app.domain.clock import EARLIEST
 from app.domain.message import Message, message
 from app.domain.models import ANY_VEHICLE, Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
@@ -47,6 +48,7 @@ class Duplicates:
     def __init__(self, client: Target, context: Context, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, context, context.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
+        self._unsearched_from = EARLIEST  # the first start since then is not searched for copies yet
         self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
         self._alarmed: set[tuple[str, int]] = set()  # alarms by code and queue id
         self.note_accepted: Callable[[], None] = lambda: None  # writes which items are known to be ours
@@ -283,9 +285,10 @@ class Duplicates:
         items = {item.id: item for item in open_items if item.has_token}
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
-        newer = self._search(mono)
+        floors = self._floors()
+        newer = self._search(mono, floors)
         before = set(self._watched)
-        items |= {item.id: item for item in newer if item.description in self._watched}
+        items |= {item.id: item for item in newer if item.description in floors}
         unsettled = self._report_unmarked_items(newer, open_items)
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
@@ -335,12 +338,20 @@ class Duplicates:
             is_extra = item.id != row.queue_id and (row.queue_id is not None or transitions.why_withdrawn(row))
             return item if is_extra else None  # an extra one must not run, whatever its state
 
-    def _search(self, mono: float) -> list[QueueItem]:
-        """Items above the floor of all watched starts, also after a long absence of the robot. A queue that can't be
-        searched would make its robot unreadable for ever: after an hour, searches past their time are given up. Raises
-        RobotError."""
+    def _floors(self) -> dict[str, int]:
+        """By token, of all watched starts; and of those that were sent lately to a fleet, which may run a copy at once and end
+        it between two polls."""
+        floors = {token: floor for token, (floor, _until) in self._watched.items()}
+        if self._seen.robot.fleet is not None and self._client.capabilities.find_by is FindBy.TOKEN:
+            floors |= {row.token: row.queue_floor or 0 for row in self._sent_since(self._unsearched_from)}
+        return floors
+
+    def _search(self, mono: float, floors: Mapping[str, int]) -> list[QueueItem]:
+        """Items above these floors, also after a long absence of the robot. A queue that can't be searched would make its
+        robot unreadable for ever: after an hour, searches past their time are given up. Raises RobotError."""
+        now = self._s.clock.now()
         try:
-            newer = self._client.items_after(self._watched_from(), tokens=self._watched) if self._watched else []
+            newer = self._client.items_after(self._lowest(floors), tokens=floors) if floors else []
         except RobotError:
             self._unsearched_since = min(self._unsearched_since, mono)
             if mono - self._unsearched_since >= UNSEARCHED_AT_MOST:
@@ -348,7 +359,7 @@ class Duplicates:
                 self._ledger.drop_watches(self._seen.robot.id, over)
                 self._watched = {token: value for token, value in self._watched.items() if token not in over}
             raise
-        self._unsearched_since = math.inf
+        self._unsearched_since, self._unsearched_from = math.inf, now - DOUBLED_WITHIN
         return newer
 
     def _report_unmarked_items(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
@@ -369,7 +380,8 @@ class Duplicates:
         if found and self.do_tokens_come_back() is not False:
             found = []
         unmarked = list(filter(self._is_unmarked, open_items)) if self._forgets_tokens else []
-        lately = self._sent_lately() if unmarked else []
+        since = self._s.clock.now() - DOUBLED_WITHIN - self._s.settings().poll_interval
+        lately = self._sent_since(since) if unmarked else []
         found += [
             (row, item)
             for item in unmarked
@@ -386,19 +398,14 @@ class Duplicates:
     def _is_unmarked(self, item: QueueItem) -> bool:
         return bool(item.created_by_name) and not item.has_token and ("unmarked_copy", item.id) not in self._alarmed
 
-    def _sent_lately(self) -> list[Execution]:
+    def _sent_since(self, since: datetime) -> list[Execution]:
         now = self._s.clock.now()
         rows = self._ledger.planned_between(self._seen.robot.id, now - LOOKS_BACK, now)
-        since = now - DOUBLED_WITHIN - self._s.settings().poll_interval
-        return [
-            row
-            for row in rows
-            if row.queue_id is not None and row.submitted_at is not None and row.submitted_at >= since
-        ]
+        return [row for row in rows if row.queue_id is not None and row.submitted_at and row.submitted_at >= since]
 
-    def _watched_from(self) -> int:
+    def _lowest(self, floors: Mapping[str, int]) -> int:
         """Items to search for have a higher number, unless the robot's numbers have begun again since."""
-        floor, highest = min(floor for floor, _until in self._watched.values()), self._seen.highest
+        floor, highest = min(floors.values()), self._seen.highest
         return 0 if highest is not None and highest < floor else floor
 
     def _find_other_tablet(self, open_items: Iterable[QueueItem]) -> None:
