@@ -121,6 +121,16 @@ def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
     world.site.container.db.close()
 
 
+def test_a_start_is_on_time_though_the_clock_was_set_ahead_shortly_before(tmp_path):
+    world = World(tmp_path, 1, STILL.only(site=PLACE | {"poll_interval": 600}))
+    world.site.run(700.0)
+    world.weather._step(400.0, 5.0)
+    world.site.run(300.0)
+    assert [round(post.at) for post in world.site.network.submissions] == [60, 21 * 60 - 400]
+    assert objections(world) == []
+    world.site.container.db.close()
+
+
 # ---------------------------------------------------------------------- a restored start
 def test_a_restored_start_may_wait_for_a_robot_that_lost_its_queue(tmp_path):
     world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 JUST_NOW = 20.0  # s that the app may be behind the robot
 ENDS_WITHIN = 600.0  # s in which every row of a robot that is well ends
+LOOKED_FOR = 600.0  # s for which the app looks for what it has given up
 
 
 class Truth:
@@ -63,10 +64,8 @@ class Truth:
             ]
             others.remove(row)
             for other in others:
-                if (
-                    row.schedule_id,
-                    other.planned_at,
-                ) not in self.diary.now.skipped and other.token not in self.diary.by_person:
+                is_skipped = (row.schedule_id, other.planned_at) in self.diary.now.skipped
+                if not is_skipped and other.token not in self.diary.by_person:
                     self.judge_.object(
                         f"truth: {self._shown(other)}, and {row.starts} from {first:%d %H:%M} on: {self._shown(row)}"
                     )
@@ -144,10 +143,15 @@ class Truth:
                 agrees = ItemState.DONE in states
             case State.FAILED | State.CANCELLED:
                 agrees = states != {ItemState.DONE}  # of two copies the earlier one counts
-            case _:  # it may have been tried, and come when it was too late
-                agrees = not states or (row.attempts > 0 and states == {ItemState.ABORTED})
+            case _:  # it may have been tried, and come when it was too late, or when it was no longer looked for
+                agrees = not states or (row.attempts > 0 and states == {ItemState.ABORTED}) or self._came_unseen(row)
         if not agrees:
             self.judge_.object(f"truth: {self._shown(row)}, the robot says {sorted(states) or 'nothing'}")
+
+    def _came_unseen(self, row: Execution) -> bool:
+        patience = LOOKED_FOR + self.world.nature.quiet_s
+        posts = [post for post in self.world.site.network.submissions if post.token == row.token]
+        return any(post.lands_at is not None and post.lands_at - post.at > patience for post in posts)
 
     def _shown(self, row: Execution) -> str:
         code = f" ({row.reason.code})" if row.reason else f" [{row.wait}]" if row.state is State.WAITING else ""

@@ -8,6 +8,7 @@ from datetime import UTC, datetime, timedelta
 class VirtualClock:
     def __init__(self, now: datetime = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)) -> None:  # a Monday
         self._now, self._mono, self._true = now, 1000.0, 0.0
+        self.jumps = 0  # times that wall and monotonic time have parted
 
     def now(self) -> datetime:
         return self._now
@@ -31,8 +32,10 @@ class VirtualClock:
     def step(self, seconds: float) -> None:
         """The wall clock is set; monotonic and true time do not change."""
         self._now += timedelta(seconds=seconds)
+        self.jumps += 1
 
     def suspend(self, seconds: float) -> None:
         """The tablet sleeps: wall and true time continue, the monotonic clock stops."""
         self._now += timedelta(seconds=seconds)
         self._true += seconds
+        self.jumps += 1

@@ -145,7 +145,7 @@ class Site:
         self._workers: dict[int, RobotWorker] = {}
         self._inboxes: dict[int, list[messages.Message]] = {}
         self._due: dict[int, float] = {}  # when each worker continues
-        self._next_round = self.clock.monotonic()
+        self._next_round, self._jumps = self.clock.monotonic(), self.clock.jumps
         self._acting: int | None = None  # the worker that is going on
         self._blocked: set[RobotWorker] = set()  # those that wait for an answer
         self._closing: dict[RobotWorker, list[Execution]] = {}  # no longer needed, and what they were not given
@@ -285,6 +285,9 @@ class Site:
         """Let time pass."""
         end = self.clock.monotonic() + seconds
         while True:
+            if self._jumps != self.clock.jumps:  # of the app's own seconds one is over soon
+                self._jumps = self.clock.jumps
+                self._next_round = min(self._next_round, self.clock.monotonic() + LONGEST_WAIT)
             due = (at for key, at in self._due.items() if self._may_go_on(key))
             instant = min(self._next_round, min(due, default=math.inf), self._later[0][0] if self._later else math.inf)
             if instant > end:
@@ -393,9 +396,6 @@ class Site:
     def suspend(self, seconds: float) -> None:
         """The tablet sleeps. Robots continue; the app and its monotonic clock stop."""
         self.clock.suspend(seconds)
-        self._next_round = min(
-            self._next_round, self.clock.monotonic() + LONGEST_WAIT
-        )  # of the app's own seconds one is over soon
         for machine in self.all_machines:
             machine.catch_up()
 
