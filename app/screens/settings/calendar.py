@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from datetime import date
 from typing import Any
 
@@ -15,7 +14,7 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete
+from app.screens.settings.edit_sheet import PlainSheet, delete
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import PageContext
 from app.services.files.calendar_import import CalendarFile
@@ -199,61 +198,20 @@ class EventsSheet(Sheet):
         self.all_chosen = len(self.chosen) == len(self._found.events)
 
 
-class DaysForm(EditForm):
-    name = StringProperty()
-    is_working = BooleanProperty(False)
-    yearly = BooleanProperty(False)
-    first_day = StringProperty()
-    last_day = StringProperty()
-    name_problem = StringProperty()
-    first_day_problem = StringProperty()
-    last_day_problem = StringProperty()
-
-
-class DaysSheet(EditSheet):
+class DaysSheet(PlainSheet):
     """Closed days or extra working days: the first and the last day, and their name."""
 
     kind = "exceptions"
     at_once = True
-
-    def __init__(self, context: PageContext, days: DayException) -> None:
-        self._days = days
-        super().__init__(context, days if days.id else None, DaysForm())
-        self._show()
-
-    def entered(self) -> DayException:
-        return self._days
+    fields = ("name", "first_day", "last_day")
 
     def remove(self) -> None:
-        days, catalogue = self._days, self.context.services.catalogue
+        days, catalogue = self.it, self.context.services.catalogue
         delete(self.context, days, lambda: catalogue.remove_days(days.id), view.removed_sentence(days))
-
-    def show_facts(self) -> None:
-        stored = next((days for days in self.context.facts.exceptions if days.id == self.stored_id), None)
-        if stored is not None and stored != self.stored and not self.vm.saving:
-            self.stored = self._days = stored
-            self._show()
-
-    def _show(self) -> None:
-        form, days = self.vm, self._days
-        form.title = days.name if days.id else _("Add days")
-        form.name, form.is_working, form.yearly = days.name, days.is_working, days.yearly
-        form.first_day = formats.wall_day(days.first_day, year=True)
-        form.last_day = formats.wall_day(days.last_day, year=True)
-
-    # ------------------------------------------------------------------ what is changed
-    def choose(self, **values: Any) -> None:
-        """Saved at once of days that are stored."""
-        self._days = replace(self._days, **values)
-        form = self.vm
-        form.name_problem = form.first_day_problem = form.last_day_problem = ""
-        self._show()
-        self.draft = self.stored is None
-        self.keep()
 
     def pick_first(self) -> None:
         """The number of days stays."""
-        days, today = self._days, self.context.today()
+        days, today = self.it, self.context.today()
         length = days.last_day - days.first_day
         self.context.shell.dialogs.pick_date(
             _("First day"), days.first_day, lambda day: self.choose(first_day=day, last_day=day + length), today=today
@@ -262,8 +220,8 @@ class DaysSheet(EditSheet):
     def pick_last(self) -> None:
         self.context.shell.dialogs.pick_date(
             _("Last day"),
-            self._days.last_day,
+            self.it.last_day,
             lambda day: self.choose(last_day=day),
             today=self.context.today(),
-            first=self._days.first_day,
+            first=self.it.first_day,
         )

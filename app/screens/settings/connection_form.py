@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
+from kivy.event import EventDispatcher
 from kivy.properties import AliasProperty, BooleanProperty, ObjectProperty, StringProperty
 
 from app.domain.models import Fleet, Robot
 from app.screens.common import formats
-from app.screens.settings.edit_sheet import EditForm
+from app.screens.settings.edit_sheet import EditSheet
 from app.screens.settings.view import NoticeView
 
 ENDPOINT = ("address", "username", "fingerprint")
@@ -19,7 +21,7 @@ def endpoint_of(stored: Robot | Fleet) -> tuple[str, str, str]:
     return formats.address(stored.address), stored.username, stored.certificate_sha256 or ""
 
 
-class ConnectionForm(EditForm):
+class ConnectionForm(EventDispatcher):
     """What is entered, one problem per field, and the result of the test."""
 
     name = StringProperty()
@@ -63,3 +65,20 @@ class ConnectionForm(EditForm):
         for name, was, new in zip(ENDPOINT, endpoint_of(before), endpoint_of(now), strict=True):
             if was != new and getattr(self, name).strip() == was:
                 setattr(self, name, new)
+
+
+class FieldsSheet(EditSheet):
+    """``vm`` is what is entered; a field ``x`` that may be refused has an ``x_problem``."""
+
+    vm = ObjectProperty(None, rebind=True, allownone=True)
+
+    def choose(self, **values: Any) -> None:
+        """What is not typed."""
+        for name, value in values.items():
+            setattr(self.vm, name, value)
+        self.keep()
+
+    def says(self, field: str, problem: str) -> bool:
+        if has_field := hasattr(self.vm, f"{field}_problem"):
+            setattr(self.vm, f"{field}_problem", problem)
+        return has_field

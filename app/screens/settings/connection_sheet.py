@@ -20,8 +20,7 @@ from app.mir.errors import Unauthorized
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
 from app.screens.settings import trust_view
-from app.screens.settings.connection_form import ConnectionForm, endpoint_of
-from app.screens.settings.edit_sheet import EditSheet
+from app.screens.settings.connection_form import ConnectionForm, FieldsSheet, endpoint_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.trust import TrustSheet
 from app.screens.settings.view import (
@@ -35,7 +34,7 @@ from app.screens.settings.view import (
 FIELDS = ("name", "address", "username", "password", "fingerprint")
 
 
-class ConnectionSheet(EditSheet):
+class ConnectionSheet(FieldsSheet):
     """``kind_part``, ``known_part``: what it has between name and address, and at its end once it is stored."""
 
     kind_part = StringProperty()
@@ -50,9 +49,9 @@ class ConnectionSheet(EditSheet):
             form.name, form.enabled = stored.name, stored.enabled or stored.needs_password
             form.address, form.username, form.fingerprint = endpoint_of(stored)
             form.password_hint = self._password_hint(stored, True)
-        super().__init__(context, stored, form, **kwargs)
-        form.fbind("outcome", self._reveal, "outcome")
-        form.fbind("outcome", self._name_buttons)
+        super().__init__(context, stored, vm=form, **kwargs)
+        self.fbind("outcome", self._reveal, "outcome")
+        self.fbind("outcome", self._name_buttons)
         for name in FIELDS:
             form.fbind(name, self._edited, name)
             form.fbind(
@@ -127,7 +126,7 @@ class ConnectionSheet(EditSheet):
             self.vm.password_hint = self._password_hint(self.stored, self.is_as_saved())
         if self._tested is not None:
             self._tested, self._found = None, None
-            self.vm.outcome = NoticeView()
+            self.outcome = NoticeView()
         if name == "address":
             self.vm.fingerprint_problem = ""
         self._name_buttons()
@@ -156,7 +155,7 @@ class ConnectionSheet(EditSheet):
         """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves
         anyway."""
         form = self.vm
-        if form.saving or form.testing:
+        if self.saving or form.testing:
             return
         if not form.name.strip():
             form.name_problem = self.wanted["name"]
@@ -199,7 +198,7 @@ class ConnectionSheet(EditSheet):
 
     def ask_to_trust(self, question: trust_view.Question, agreed: Callable[[], object]) -> None:
         sheets = self.context.shell.sheets
-        self.vm.outcome = nothing_sent()
+        self.outcome = nothing_sent()
         sheets.over(TrustSheet(sheets, question, agreed))
 
     # ------------------------------------------------------------------ test
@@ -223,7 +222,7 @@ class ConnectionSheet(EditSheet):
         form = self.vm
         asked = form.connection
         form.testing, self._tested = True, None
-        form.outcome = replace(asking_robot(), text=self.wanted["asking"])
+        self.outcome = replace(asking_robot(), text=self.wanted["asking"])
         self.context.run(
             self.ask(),
             lambda said: self._answered(asked, lambda: self._passed(asked, said, then)),
@@ -233,7 +232,7 @@ class ConnectionSheet(EditSheet):
     def _answered(self, asked: tuple[str, ...], then: Callable[[], object]) -> None:
         """About values that have changed since it says nothing."""
         form = self.vm
-        form.testing, form.outcome = False, NoticeView()
+        form.testing, self.outcome = False, NoticeView()
         if asked == form.connection:
             self._if_open(then)
 
@@ -244,11 +243,11 @@ class ConnectionSheet(EditSheet):
 
     def _passed(self, asked: tuple[str, ...], said: Any, then: Callable[[], object]) -> None:
         self._tested, self._found = asked, said
-        self.vm.outcome = self.found(said)
+        self.outcome = self.found(said)
         if self.is_no_other():
             then()
         else:
-            self.vm.outcome = NoticeView()
+            self.outcome = NoticeView()
 
     def _failed(self, asked: tuple[str, ...], problem: BaseException, then: Callable[[], object]) -> None:
         """``then`` follows if a person trusts what answers."""
@@ -261,7 +260,7 @@ class ConnectionSheet(EditSheet):
             form.password_problem = sentence_of(problem)
             self._name_buttons()
             return
-        form.outcome = went_wrong(problem)
+        self.outcome = went_wrong(problem)
         if has_unknown_certificate(problem):
             self._ask_about_certificate(asked, then)
         else:
@@ -288,7 +287,7 @@ class ConnectionSheet(EditSheet):
     def test_again(self, then: Callable[[], object]) -> None:
         """With the password entered for the accepted machine; the stored one belongs to the previous one."""
         form = self.vm
-        self._tested, form.outcome = None, NoticeView()
+        self._tested, self.outcome = None, NoticeView()
         if self.stored is not None and not form.password:
             form.password_problem = self._password_wanted()
         else:
@@ -317,6 +316,6 @@ class ConnectionSheet(EditSheet):
     def refuse(self, problem: BaseException) -> None:
         """The services have another name for the fingerprint."""
         if isinstance(problem, InvalidInput) and problem.field == "certificate_sha256":
-            self.vm.saving, self.vm.fingerprint_problem = False, sentence_of(problem)
+            self.saving, self.vm.fingerprint_problem = False, sentence_of(problem)
         else:
             super().refuse(problem)

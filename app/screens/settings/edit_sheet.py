@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import fields, replace
 from typing import Any
 
-from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, DictProperty, ObjectProperty
 from kivy.uix.widget import Widget
 
 from app.domain.models import InvalidInput
@@ -53,15 +52,6 @@ def delete(context: PageContext, it: Any, work: Callable[[], Removed], text: str
     context.run(work, deleted)
 
 
-class EditForm(EventDispatcher):
-    """What is entered; a field ``x`` that may be refused has an ``x_problem``."""
-
-    title = StringProperty()
-    outcome = ObjectProperty(NoticeView())
-    saving = BooleanProperty(False)
-    is_known = BooleanProperty(False)
-
-
 class SettingsSheet(Sheet):
     """Lies beside the page of a section, in a low window over it."""
 
@@ -72,14 +62,15 @@ class SettingsSheet(Sheet):
 class EditSheet(SettingsSheet):
     """Of ``stored``, or of something new (None). With ``at_once`` a change of what is stored is saved when it is made, with Undo."""
 
-    vm = ObjectProperty(None, rebind=True, allownone=True)
+    stored = ObjectProperty(None, rebind=True, allownone=True)
+    outcome = ObjectProperty(NoticeView(), rebind=True)
+    saving = BooleanProperty(False)
     kind = ""  # what it is called in the facts
     at_once = False
 
-    def __init__(self, context: PageContext, stored: Any, form: EditForm, **kwargs: Any) -> None:
-        self.context, self.stored = context, stored
-        form.is_known = stored is not None
-        super().__init__(vm=form, foot="" if self.at_once and stored is not None else _("Save"), **kwargs)
+    def __init__(self, context: PageContext, stored: Any, **kwargs: Any) -> None:
+        self.context = context
+        super().__init__(stored=stored, foot="" if self.at_once and stored is not None else _("Save"), **kwargs)
 
     @property
     def stored_id(self) -> int | None:
@@ -88,6 +79,10 @@ class EditSheet(SettingsSheet):
     # ------------------------------------------------------------------ what each kind does
     def entered(self) -> Any:
         """``stored`` with what is entered."""
+        raise NotImplementedError
+
+    def says(self, field: str, problem: str) -> bool:
+        """Show the problem at the field, if that is here."""
         raise NotImplementedError
 
     def how(self) -> dict[str, Any]:
@@ -108,24 +103,18 @@ class EditSheet(SettingsSheet):
     def on_dots(self, button: Widget) -> None:
         delete_menu(self.context, button, self.remove)
 
-    def choose(self, **values: Any) -> None:
-        """What is not typed."""
-        for name, value in values.items():
-            setattr(self.vm, name, value)
-        self.keep()
-
     def settled(self) -> Any:
         """The part of it that is saved at once."""
         return self.entered()
 
     def keep(self) -> None:
         """Save what was changed of something that is stored, and nothing else of it."""
-        if self.stored is not None and not self.vm.saving and (settled := self.settled()) != self.stored:
+        if self.stored is not None and not self.saving and (settled := self.settled()) != self.stored:
             stored, catalogue = self.stored, self.context.services.catalogue
             self.store(lambda: catalogue.change(stored, settled), settled)
 
     def save(self) -> None:
-        if not self.vm.saving:
+        if not self.saving:
             entered, stored, how, catalogue = self.entered(), self.stored, self.how(), self.context.services.catalogue
             self.store(lambda: catalogue.change(stored, entered, **how))
 
@@ -133,10 +122,10 @@ class EditSheet(SettingsSheet):
         """``kept``: what is saved at once; without it the sheet closes."""
         context, before, is_new = self.context, self.stored, self.stored is None
         change_back = context.services.catalogue.change_back
-        self.vm.saving, self.vm.outcome = True, NoticeView()
+        self.saving, self.outcome = True, NoticeView()
 
         def done(saved: Any) -> None:
-            self.vm.saving, self.stored = False, saved
+            self.saving, self.stored = False, saved
             if kept is None:
                 context.shell.sheets.close(self)
                 context.say((_("{name} added") if is_new else _("{name} saved")).format(name=saved.name))
@@ -158,13 +147,54 @@ class EditSheet(SettingsSheet):
         context.run(write, done, self.refuse)
 
     def refuse(self, problem: BaseException) -> None:
-        """Say why at the field that it is about."""
-        self.vm.saving = False
-        name = f"{problem.field}_problem" if isinstance(problem, InvalidInput) else ""
-        if hasattr(self.vm, name):
-            setattr(self.vm, name, sentence_of(problem))
-        else:
-            self.vm.outcome = went_wrong(problem)
+        """Say why, at the field that it is about."""
+        self.saving = False
+        if not (isinstance(problem, InvalidInput) and self.says(problem.field, sentence_of(problem))):
+            self.outcome = went_wrong(problem)
+
+
+class PlainSheet(EditSheet):
+    """``it`` is ``stored``, or something new, with what is entered; ``problems`` are by the names of its ``fields``."""
+
+    it = ObjectProperty(rebind=True)
+    problems = DictProperty(rebind=True)
+    fields: Collection[str] = ()  # that are refused here
+
+    def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
+        self._first = it
+        super().__init__(context, it if it.id else None, it=it, **kwargs)
+        self.show_facts()
+
+    def entered(self) -> Any:
+        return self.it
+
+    def says(self, field: str, problem: str) -> bool:
+        if field in self.fields:
+            self.problems[field] = problem
+        return field in self.fields
+
+    def show_facts(self) -> None:
+        """What has changed elsewhere is shown where nothing else was entered."""
+        before = self.stored
+        now = next((each for each in getattr(self.context.facts, self.kind) if each.id == self.stored_id), None)
+        if now is not None and not self.saving:
+            changed = {name: getattr(now, name) for name in _differing(before, now) - _differing(before, self.it)}
+            self.stored, self.it = now, replace(self.it, **changed)
+
+    def enter(self, **values: Any) -> None:
+        """Something is typed. What was refused may be right now: the name, or what belongs together."""
+        it = replace(self.it, **values)
+        if it != self.it:
+            self.it = it
+            self.problems = {
+                name: said for name, said in self.problems.items() if (name == "name") != ("name" in values)
+            }
+            self.draft = it != (self.stored or self._first) and bool(self.foot)
+
+    def choose(self, **values: Any) -> None:
+        """Something is chosen, or a field was left: what is saved at once is saved."""
+        self.enter(**values)
+        self.keep()
 
 
 def _differing(before: Any, after: Any) -> set[str]:

@@ -64,11 +64,10 @@ class FleetSheet(ConnectionSheet):
     def show_facts(self) -> None:
         form, facts = self.vm, self.context.facts
         fleet = facts.fleet(self.stored_id)
-        if fleet is not None and not form.saving:
+        if fleet is not None and not self.saving:
             form.follow(self.stored, fleet, AT_ONCE)
             self.stored = fleet
             form.about = view.fleet_note(facts, fleet)
-        form.title = self.stored.name if self.stored is not None else _("Add fleet")
         super().show_facts()
 
     # ------------------------------------------------------------------ test, save

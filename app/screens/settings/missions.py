@@ -11,7 +11,6 @@ from kivy.metrics import sp
 from kivy.properties import (
     BooleanProperty,
     ListProperty,
-    NumericProperty,
     ObjectProperty,
     OptionProperty,
     StringProperty,
@@ -24,7 +23,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditForm, EditSheet, ask_and_delete, delete_menu
+from app.screens.settings.edit_sheet import PlainSheet, ask_and_delete, delete_menu
 from app.screens.settings.missions_view import (
     Cell,
     Choice,
@@ -35,7 +34,6 @@ from app.screens.settings.missions_view import (
     mission_note,
     offer_options,
     offers,
-    typed_minutes,
 )
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.places import PlacesBox, PlacesPart
@@ -309,53 +307,32 @@ class MissionsPage(SettingsPage):
         self.context.run(lambda: self.context.services.catalogue.edit(save_all), saved)
 
 
-class MissionForm(EditForm):
-    name = StringProperty()
-    guid = StringProperty()
-    robot_id = NumericProperty(0)  # 0: all robots
-    robot_name = StringProperty()
-    usual_minutes = StringProperty()  # empty: known from its runs only
-    low_battery = BooleanProperty(False)
-    charges = BooleanProperty(False)
-    used = ObjectProperty(NoticeView())  # what starts it, which robots lack it
-    name_problem = StringProperty()
-    guid_problem = StringProperty()
-    usual_minutes_problem = StringProperty()
-    robot_problem = StringProperty()
-    details = BooleanProperty(True)  # the GUID is shown
-
-    def on_guid_problem(self, _form: object, problem: str) -> None:
-        self.details = self.details or bool(problem)
-
-
-class MissionSheet(EditSheet):
+class MissionSheet(PlainSheet):
     """Adds a mission by name and GUID, or edits one."""
 
     kind = "missions"
+    fields = ("name", "guid", "usual_minutes", "robot")
 
-    def __init__(self, context: PageContext, mission: Mission | None = None, **kwargs: Any) -> None:
-        form = MissionForm(title=_("Add mission"))
-        if mission is not None:
-            form.title = form.name = mission.name
-            form.guid, form.robot_id, form.charges = mission.guid, mission.robot_id or 0, mission.charges
-            form.usual_minutes, form.low_battery = str(mission.usual_minutes or ""), mission.on_low_battery
-            form.details = False
-        super().__init__(context, mission, form, **kwargs)
-        self._name_robot()
-        self.show_facts()
-        for name in ("name", "guid", "usual_minutes"):
-            form.fbind(name, lambda *_args, name=name: setattr(form, f"{name}_problem", ""))
-        for name in ("name", "guid", "usual_minutes", "robot_id", "low_battery"):
-            form.fbind(name, lambda *_args: setattr(self, "draft", self.entered() != (self.stored or Mission("", ""))))
+    minutes = StringProperty()  # as they are typed; empty: known from its runs only
+    robot_name = StringProperty()
+    used = ObjectProperty(NoticeView(), rebind=True)  # what starts it, which robots lack it
+    details = BooleanProperty(True)  # the GUID is shown
+
+    def __init__(self, context: PageContext, mission: Mission | None = None) -> None:
+        it = mission or Mission("", "")
+        super().__init__(context, it, minutes=str(it.usual_minutes or ""), details=mission is None)
 
     def show_facts(self) -> None:
-        if (mission := self.context.facts.mission(self.stored_id)) is not None:
-            self.stored = mission
-            self.vm.used = mission_note(self.context.facts, mission)
+        super().show_facts()
+        if self.stored is not None:
+            self.used = mission_note(self.context.facts, self.stored)
 
-    def _name_robot(self) -> None:
-        robot = self.context.facts.robot(int(self.vm.robot_id))
-        self.vm.robot_name = _("Only {robot}").format(robot=robot.name) if robot else _("The same on all robots")
+    def on_it(self, *_args: Any) -> None:
+        robot = self.context.facts.robot(self.it.robot_id)
+        self.robot_name = _("Only {robot}").format(robot=robot.name) if robot else _("The same on all robots")
+
+    def on_problems(self, *_args: Any) -> None:
+        self.details = self.details or "guid" in self.problems
 
     def pick_robot(self) -> None:
         """For the rare mission whose GUID differs between robots."""
@@ -363,21 +340,11 @@ class MissionSheet(EditSheet):
             Option(0, _("The same on all robots")),
             *(Option(robot.id, _("Only {robot}").format(robot=robot.name)) for robot in self.context.facts.robots),
         ]
-        self.context.shell.dialogs.choose(_("On which robots"), options, self._picked, selected=int(self.vm.robot_id))
-
-    def _picked(self, robot_id: int) -> None:
-        self.vm.robot_id, self.vm.robot_problem = robot_id, ""
-        self._name_robot()
-
-    def entered(self) -> Mission:
-        form = self.vm
-        return replace(
-            self.stored or Mission("", ""),
-            name=form.name.strip(),
-            guid=form.guid.strip(),
-            robot_id=int(form.robot_id) or None,
-            usual_minutes=typed_minutes(form.usual_minutes),
-            on_low_battery=form.low_battery,
+        self.context.shell.dialogs.choose(
+            _("On which robots"),
+            options,
+            lambda robot_id: self.enter(robot_id=robot_id or None),
+            selected=self.it.robot_id or 0,
         )
 
     def remove(self) -> None:

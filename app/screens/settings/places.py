@@ -7,7 +7,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
-from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.domain import conflicts
@@ -16,7 +16,7 @@ from app.domain.names import LONGEST
 from app.i18n import _
 from app.screens.common.options import Card, Option
 from app.screens.settings import groups_view as view
-from app.screens.settings.edit_sheet import EditForm, EditSheet, delete, delete_menu
+from app.screens.settings.edit_sheet import PlainSheet, delete, delete_menu
 from app.screens.settings.page import PageContext
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
@@ -118,66 +118,44 @@ class PlacesPart(EventDispatcher):
         self.show()
 
 
-class PlaceForm(EditForm):
-    name = StringProperty()
-    most = NumericProperty(USUAL_MOST)
-    missions_phrase = StringProperty()
-    name_problem = StringProperty()
-    warning = StringProperty()  # that it will be wanted too much
-
-
-class PlaceSheet(EditSheet):
+class PlaceSheet(PlainSheet):
     """A place and the missions that use it; how many robots a stored one takes is stepped as in its row, in ``part``."""
 
     kind = "places"
     at_once = True
+    fields = ("name",)
+
+    missions = StringProperty()
+    warning = StringProperty()  # that it will be wanted too much
 
     def __init__(self, context: PageContext, place: Place, part: PlacesPart) -> None:
-        self._place, self._part = place, part
-        super().__init__(context, place if place.id else None, PlaceForm())
-        self._show()
-
-    def entered(self) -> Place:
-        return self._place
+        self._part = part
+        super().__init__(context, place)
 
     def remove(self) -> None:
-        remove(self.context, self._place)
+        remove(self.context, self.it)
 
     def show_facts(self) -> None:
-        stored = self.context.facts.place(self.stored_id)
-        if stored is not None and not self.vm.saving:
-            self.stored = stored
-            place = replace(stored, most=self._part.most(stored))
-            if place != self._place:
-                self._place = place
-                self._show()
+        super().show_facts()
+        if self.stored is not None:
+            self.it = replace(self.it, most=self._part.most(self.stored))
 
-    def _show(self) -> None:
-        place, facts, form = self._place, self.context.facts, self.vm
-        form.title = place.name if place.id else _("Add place")
-        form.name, form.most = place.name, place.most
-        form.missions_phrase = view.missions_phrase(facts, place.missions)
+    def on_it(self, *_args: Any) -> None:
+        place, facts, plan = self.it, self.context.facts, self.context.services.plan
+        self.missions = view.missions_phrase(facts, place.missions)
 
         def found(conflict: Conflict | None) -> None:
             zone = ZoneInfo(facts.settings.timezone)
-            form.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, zone, _) if conflict else ""
+            self.warning = conflicts.sentence(conflict.code, conflict.at, conflict.details, zone, _) if conflict else ""
 
-        plan = self.context.services.plan
         self.context.run(lambda: plan.place_warning(place), found, lambda _problem: None, key="place warning")
 
     # ------------------------------------------------------------------ what is changed
     def set_most(self, most: int) -> None:
-        if self._place.id:
-            self._part.step(self._place.id, most)
+        if self.stored is not None:
+            self._part.step(self.stored.id, most)
         else:
-            self.choose(most=most)
-
-    def choose(self, **values: Any) -> None:
-        self._place = replace(self._place, **values)
-        self.vm.name_problem = ""
-        self._show()
-        self.draft = self.stored is None
-        self.keep()
+            self.enter(most=most)
 
     def pick_missions(self) -> None:
         facts = self.context.facts
@@ -195,5 +173,5 @@ class PlaceSheet(EditSheet):
             options,
             _("Set"),
             lambda keys: self.choose(missions=tuple(keys)),
-            selected=self._place.missions,
+            selected=self.it.missions,
         )

@@ -13,8 +13,8 @@ from app.domain.models import Fleet, HandOver, Robot
 from app.i18n import _
 from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
-from app.screens.settings.connection_form import ConnectionForm
-from app.screens.settings.edit_sheet import EditSheet, ask_and_delete
+from app.screens.settings.connection_form import ConnectionForm, FieldsSheet
+from app.screens.settings.edit_sheet import ask_and_delete
 from app.screens.settings.groups_view import hand_over_names
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import advanced_item, idle_phrase, robot_note
@@ -42,7 +42,7 @@ def robot_form(robot: Robot | None) -> RobotForm:
     return form
 
 
-class KnownRobotSheet(EditSheet):
+class KnownRobotSheet(FieldsSheet):
     """Also adds a robot, which has none of this yet."""
 
     kind = "robots"
@@ -53,14 +53,13 @@ class KnownRobotSheet(EditSheet):
         """What is known of the robot now."""
         facts, form = self.context.facts, self.vm
         robot = facts.robot(self.stored_id)
-        if robot is not None and not form.saving:
+        if robot is not None and not self.saving:
             form.follow(self.stored, robot, AT_ONCE)
             self.stored = robot
             form.about = robot_note(facts, robot, self.context.now())
             form.groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
             form.has_groups = bool(facts.groups)
             form.idle, form.can_be_idle = idle_phrase(facts, robot), not robot.is_any
-        form.title = self.stored.name if self.stored is not None else _("Add robot")
         form.advanced_row = [advanced_item(HandOver(form.hand_over), is_open=form.advanced)]
         super().show_facts()
 
@@ -154,7 +153,7 @@ class VehicleSheet(KnownRobotSheet):
         self._open_fleet = open_fleet
         form = robot_form(robot)
         form.name, form.enabled = robot.name, robot.enabled or robot.needs_password
-        super().__init__(context, robot, form, **kwargs)
+        super().__init__(context, robot, vm=form, **kwargs)
         form.fbind("name", lambda *_args: setattr(form, "name_problem", ""))
         self.show_facts()
 

@@ -103,7 +103,7 @@ class RobotSheet(KnownRobotSheet, ConnectionSheet):
             self.test_again(then)
 
         if not self.is_no_other(problem.params["found"]):
-            self.vm.outcome = NoticeView()
+            self.outcome = NoticeView()
             return
         question = trust_view.another_robot(robot, problem, has_password=bool(self.vm.password))
         self.ask_to_trust(question, accepted)

@@ -67,8 +67,8 @@ def test_answering_no_leaves_the_robot_unchanged(site, app, ui, machine, passwor
     assert asked.question.text.startswith("Aino no longer shows it.")
     assert asked.question.before == "A-1"
     press(ui, "Send nothing", asked)
-    assert dialog.vm.outcome.tone == "attention"
-    assert dialog.vm.outcome.text == "Nothing was sent to it."
+    assert dialog.outcome.tone == "attention"
+    assert dialog.outcome.text == "Nothing was sent to it."
     press(ui, "Save anyway", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     ui.wait(lambda: len(machine.seen) > 3)
@@ -81,7 +81,7 @@ def test_yes_sends_the_stored_password_and_saving_keeps_the_answer(site, app, ui
     asked = question_of_aino(ui)
     assert machine.credentials == []
     dialog = answer(ui, "Send the password", asked)
-    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    ui.wait(lambda: dialog.outcome.tone == "done")
     assert set(machine.credentials) == {Token.derive(USER, PASSWORD).header}
     assert robots(site)[0].identified_by is IdentifiedBy.SERIAL_NUMBER  # nothing is saved yet
     press(ui, "Save", dialog)
@@ -94,7 +94,7 @@ def test_the_answer_holds_only_for_the_address_it_was_about(site, app, ui, machi
     replaced(site, ui, machine)
     with capture(**machine.hides) as thief:
         dialog = answer(ui, "Send the password", question_of_aino(ui))
-        ui.wait(lambda: dialog.vm.outcome.tone == "done")
+        ui.wait(lambda: dialog.outcome.tone == "done")
         enter(ui, dialog.ids.address_field, thief.url)
         enter(ui, dialog.ids.password_field, PASSWORD)
         press(ui, "Test connection", dialog)

@@ -57,7 +57,7 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
         machine.seen.clear()
         dialog = refused(ui)
         assert (dialog.foot, dialog.second) == ("Test connection", "Save anyway")
-        assert dialog.vm.outcome.text == "Nothing was sent to it."
+        assert dialog.outcome.text == "Nothing was sent to it."
         assert not [text for text in ui.texts() if "B-2" in text]  # nor in the banner
         assert machine.credentials == []
 

@@ -30,14 +30,14 @@ def test_a_corrected_user_name_alone_is_tested_again(site, ui, refused, button):
     enter(ui, refused.ids.username_field, USER)
     assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")
     press(ui, button.replace(" anyway", ""), refused)
-    ui.wait(lambda: refused.vm.outcome.tone == "done" or robots(site))
+    ui.wait(lambda: refused.outcome.tone == "done" or robots(site))
 
 
 def test_a_second_press_tests_again_as_it_is(ui, refused):
     press(ui, "Test connection", refused)
     ui.wait(lambda: not refused.vm.testing)
     assert says(ui, "doesn't accept the user name and password")
-    assert (refused.vm.username_problem, refused.vm.outcome.text) == ("", "")  # one refusal is said once
+    assert (refused.vm.username_problem, refused.outcome.text) == ("", "")  # one refusal is said once
 
 
 def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, ui, refused):
@@ -46,7 +46,7 @@ def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, u
     assert (refused.foot, refused.second) == ("Test connection", "Save anyway")  # the first one is filled
     press(ui, "Save anyway", refused)
     assert refused.ids.name_field.problem == "There is a robot Aino already"
-    assert (refused.vm.testing, refused.vm.saving) == (False, False)
+    assert (refused.vm.testing, refused.saving) == (False, False)
     enter(ui, refused.ids.name_field, "Other")
     assert refused.ids.name_field.problem == ""
 
@@ -100,7 +100,7 @@ def test_a_robot_of_the_plan_is_not_accepted_as_another_one(site, app, ui):
     enter(ui, dialog.ids.address_field, site.fleet.robots[0].url)  # set back: nothing is asked for
     enter(ui, dialog.ids.password_field, "")
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.outcome.tone == "done")
+    ui.wait(lambda: dialog.outcome.tone == "done")
 
 
 def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
@@ -139,8 +139,8 @@ def test_a_default_password_is_said_while_it_is_entered(site, app, ui):
     add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.outcome.tone == "done")
-    assert "Default password of MiR: change it on the robot" in dialog.vm.outcome.note
+    ui.wait(lambda: dialog.outcome.tone == "done")
+    assert "Default password of MiR: change it on the robot" in dialog.outcome.note
 
 
 def test_a_name_of_the_robot_that_is_cut_is_said(site, app, ui):
@@ -149,9 +149,9 @@ def test_a_name_of_the_robot_that_is_cut_is_said(site, app, ui):
         add(ui, "Add robot")
         dialog = fill_in(ui, address=machine.url, username=USER, password=PASSWORD)
         press(ui, "Test connection", dialog)
-        ui.wait(lambda: dialog.vm.outcome.tone == "done")
+        ui.wait(lambda: dialog.outcome.tone == "done")
         assert dialog.vm.name == "R" * 79 + "…"
-        assert dialog.vm.outcome.note.endswith("Name cut at 80 characters")
+        assert dialog.outcome.note.endswith("Name cut at 80 characters")
 
 
 def test_a_number_is_shown_in_lines_of_four_groups_and_is_no_markup():

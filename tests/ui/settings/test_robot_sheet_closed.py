@@ -51,7 +51,7 @@ def test_a_sheet_that_comes_back_after_the_answer_can_be_saved(site, app, ui, mo
     ui.wait(lambda: app.shell.background.idle)
     undo(ui)
     ui.wait(lambda: ui.find_all(RobotSheet))
-    assert (dialog.vm.testing, dialog.vm.saving, dialog.vm.outcome.text) == (False, False, "")
+    assert (dialog.vm.testing, dialog.saving, dialog.outcome.text) == (False, False, "")
     ui.advance(0.5)  # until it takes touches
     press(ui, "Save", dialog)
     ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])

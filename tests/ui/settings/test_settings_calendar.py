@@ -87,13 +87,13 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
 
     tap(ui, MonthDay, text="23")  # a day of it opens it
     sheet = ui.find(DaysSheet)
-    assert (sheet.title, sheet.vm.name) == ("Summer break", "Summer break")
+    assert (sheet.title, sheet.it.name) == ("Summer break", "Summer break")
     ui.tap(ui.find(Toggle, root=sheet))
     ui.wait(lambda: entries(site)[0].yearly)  # at once
     ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · closed · every year"])
     ui.wait(lambda: ui.find_all(Tap, root=ui.find(Snackbar)))
     undo(ui)
-    ui.wait(lambda: entries(site) == [stored] and not sheet.vm.yearly)
+    ui.wait(lambda: entries(site) == [stored] and not sheet.it.yearly)
 
     choose(ui, "Delete", sheet)
     ui.wait(lambda: entries(site) == [])
@@ -106,7 +106,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
 def test_a_free_day_becomes_an_extra_working_day_and_says_so(site, app, ui):
     tap(ui, MonthDay, text="28")  # a Saturday
     sheet = ui.find(DaysSheet)
-    assert sheet.vm.is_working
+    assert sheet.it.is_working
     enter(ui, sheet.ids.name_field, "Inventory")
     press(ui, "Save", sheet)
     ui.wait(lambda: entries(site) and entries(site)[0].is_working)
@@ -145,7 +145,7 @@ def test_a_country_is_found_by_name_and_its_holidays_are_closed(site, app, ui):
     ui.wait(lambda: supports(ui) == ["Fri 25 Dec · public holiday", "Sat 26 Dec · public holiday"])
     tap(ui, MonthDay, text="25")  # a working day in spite of the holiday
     sheet = ui.find(DaysSheet)
-    assert (sheet.vm.name, sheet.vm.is_working) == ("Christmas Day", True)
+    assert (sheet.it.name, sheet.it.is_working) == ("Christmas Day", True)
     press(ui, "Save", sheet)
     ui.wait(lambda: ui.find_all(MonthDay, text="25", status="extra"))
 

@@ -98,7 +98,7 @@ def test_a_wrong_password_is_said_at_its_field(site, app, ui, hall):
     enter(ui, sheet.ids.username_field, USER)
     enter(ui, sheet.ids.password_field, PASSWORD)
     press(ui, "Test connection", sheet)
-    ui.wait(lambda: sheet.vm.outcome.text == "The fleet answers, with 2 robots")
+    ui.wait(lambda: sheet.outcome.text == "The fleet answers, with 2 robots")
     assert fleets(site) == []  # a test saves nothing
 
 

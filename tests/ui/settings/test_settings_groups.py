@@ -84,22 +84,25 @@ def test_a_group_is_made_of_ticked_robots(site, app, ui):
     press(ui, "Add group")
     dialog = ui.find(GroupSheet)
     press(ui, "Save", dialog)
-    assert (dialog.vm.name_problem, dialog.vm.members_problem, groups(site)) == (
+    assert (dialog.ids.name_field.problem, dialog.problems.get("members"), groups(site)) == (
         "Enter a name",
         "Choose the robots of the group",
         [],
     )
     for name in ("Aino", "Veikko"):
         ui.tap(next(row for row in ui.find_all(ListRow, dialog) if row.item.title == name))
-    assert (dialog.vm.members, dialog.vm.members_problem) == ([robot.id for robot in robots(site)], "")
+    assert (list(dialog.it.members), dialog.problems) == (
+        [robot.id for robot in robots(site)],
+        {"name": "Enter a name"},
+    )
     enter(ui, dialog.ids.name_field, "aino")
     press(ui, "Save", dialog)
-    ui.wait(lambda: dialog.vm.name_problem == "There is a robot Aino already")
+    ui.wait(lambda: dialog.ids.name_field.problem == "There is a robot Aino already")
     enter(ui, dialog.ids.name_field, "Hall 1")
     at_once = ui.find(Segment, dialog, text="At once")
     reveal(ui, at_once)
     ui.tap(at_once)
-    assert "While the tablet is off, the robots continue" in dialog.vm.hand_over_note
+    assert "While the tablet is off, the robots continue" in dialog.hand_over_note
     press(ui, "Save", dialog)
     ui.wait(lambda: titles(ui))
     assert item_of(ui, "Hall 1").support == "Aino, Veikko"
@@ -114,18 +117,18 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
     go(ui, "robots")
     turn_to(ui, "Groups")
     dialog = open_row(ui, "Hall 1")
-    assert dialog.vm.keep_free_note == "From 4 robots on"
+    assert dialog.keep_free_note == "From 4 robots on"
     assert dialog.ids.keep_free.disabled
     for n in (3, 4):
         site.container.catalogue.save_robot(Robot(f"R{n}", f"127.0.0.2:{n}", "user", enabled=False))
-    ui.wait(lambda: len(dialog.vm.rows) == 4)
+    ui.wait(lambda: len(dialog.rows) == 4)
     for name in ("R3", "R4"):
         tick_robot(ui, dialog, name)
     field = dialog.ids.keep_free
     ui.wait(lambda: not field.disabled)
     reveal(ui, field)
     ui.tap(ui.find(RepeatButton, field, icon="plus"))
-    assert "every fifth is not run" in dialog.vm.keep_free_note
+    assert "every fifth is not run" in dialog.keep_free_note
     ui.wait(lambda: (len(groups(site)[0].members), groups(site)[0].keep_free) == (4, 1))
 
 
@@ -154,10 +157,10 @@ def test_a_group_is_changed_at_once_and_changed_back(site, app, ui):
     ui.wait(lambda: len(groups(site)[0].members) == 1 and app.shell.background.idle)
     ui.advance(0.3)
     undo(ui)
-    ui.wait(lambda: len(groups(site)[0].members) == 2 == len(dialog.vm.members))
+    ui.wait(lambda: len(groups(site)[0].members) == 2 == len(dialog.it.members))
     for name in ("Aino", "Veikko"):
         tick_robot(ui, dialog, name)
-    ui.wait(lambda: dialog.vm.members_problem == "Choose the robots of the group")
+    ui.wait(lambda: dialog.problems.get("members") == "Choose the robots of the group")
     assert len(groups(site)[0].members) == 1
 
 
@@ -204,10 +207,10 @@ def test_a_robot_that_lacks_a_mission_of_its_group_leads_to_the_missions(site, a
     turn_to(ui, "Groups")
     dialog = open_row(ui, "Hall 1")
     ui.wait(lambda: len(page(app).context.facts.names) == 2)
-    assert [row.support for row in dialog.vm.rows] == ["", ""]
+    assert [row.support for row in dialog.rows] == ["", ""]
     api(site.fleet.robots[1], "DELETE", f"/missions/{empties.guid}")
     page(app).context.refresh()
-    ui.wait(lambda: [row.support for row in dialog.vm.rows] == ["", "Lacks Collect empties"])
+    ui.wait(lambda: [row.support for row in dialog.rows] == ["", "Lacks Collect empties"])
     assert item_of(ui, "Hall 1").meta == "1 mission missing"
     ui.tap(next(button for button in ui.find_all(IconButton, dialog) if button.icon == "chevron-right"))
     ui.wait(lambda: [row.name for row in ui.find_all(MissionRow)] == ["Collect empties"])
@@ -235,7 +238,7 @@ def test_a_place_and_the_missions_that_use_it(site, app, ui):
     open_places(ui)
     sheet = add_place(ui)
     press(ui, "Save", sheet)
-    ui.wait(lambda: sheet.vm.name_problem == "Enter a name")
+    ui.wait(lambda: sheet.ids.name_field.problem == "Enter a name")
     enter(ui, sheet.ids.name_field, "Dock 2")
     ui.tap(ui.find(Tap, ui.find(Field, root=sheet, kind="pick")))
     tick(ui, "Deliver", "Home")
@@ -278,7 +281,7 @@ def test_a_change_of_a_place_is_saved_at_once_and_undone(site, app, ui):
     tick(ui, "Home")
     ui.wait(lambda: places(site)[0].missions == (deliver.id, home.id))
     undo(ui)
-    ui.wait(lambda: places(site) == [before] and sheet.vm.missions_phrase == "Deliver")
+    ui.wait(lambda: places(site) == [before] and sheet.missions == "Deliver")
     enter(ui, sheet.ids.name_field, "Dock 3")
     ui.tap(ui.find(IconButton, sheet, icon="close"))
     ui.wait(lambda: places(site)[0].name == "Dock 3")
@@ -297,8 +300,8 @@ def test_a_position_of_several_missions_is_proposed_as_a_place(site, app, ui):
     ui.advance(1)  # a row that has just slid takes no touch
     press(ui, "Make it a place", row_of(ui, "Line 1"))
     sheet = ui.find(PlaceSheet)
-    assert (sheet.title, sheet.vm.name, sheet.vm.most) == ("Add place", "Line 1", 1)
-    assert sheet.vm.missions_phrase == "Deliver, Waste to compactor"
+    assert (sheet.title, sheet.it.name, sheet.it.most) == ("Add place", "Line 1", 1)
+    assert sheet.missions == "Deliver, Waste to compactor"
     press(ui, "Save", sheet)
     ui.wait(lambda: [place.name for place in places(site)] == ["Line 1"])
     ui.wait(lambda: not row_of(ui, "Used by several missions"))
@@ -315,9 +318,9 @@ def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, a
     sheet = add_place(ui)
     enter(ui, sheet.ids.name_field, "Dock 2")
     sheet.choose(missions=(mission.id,), name="Dock 2")
-    ui.wait(lambda: "Dock 2 is in use" in sheet.vm.warning)
+    ui.wait(lambda: "Dock 2 is in use" in sheet.warning)
     sheet.set_most(9)
-    ui.wait(lambda: not sheet.vm.warning)
+    ui.wait(lambda: not sheet.warning)
     assert not places(site)
 
 

@@ -49,10 +49,10 @@ def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
     ui.wait(lambda: ui.find_all(RobotSheet))
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.outcome.tone == "done")
-    assert dialog.vm.outcome.text.startswith("Aino answers in ")
-    assert "MiR" in dialog.vm.outcome.note
-    assert "serial" in dialog.vm.outcome.note
+    ui.wait(lambda: dialog.outcome.tone == "done")
+    assert dialog.outcome.text.startswith("Aino answers in ")
+    assert "MiR" in dialog.outcome.note
+    assert "serial" in dialog.outcome.note
     assert robots(site) == []  # a test saves nothing
     press(ui, "Save", dialog)
     ui.wait(lambda: robots(site) and not ui.find_all(RobotSheet))
@@ -139,8 +139,8 @@ def test_something_else_at_the_address_is_no_robot(site, app, ui):
     add(ui, "Add robot")
     dialog = fill_in(ui, name="Page", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.outcome.tone == "fault")
-    assert "web page" in dialog.vm.outcome.text
+    ui.wait(lambda: dialog.outcome.tone == "fault")
+    assert "web page" in dialog.outcome.text
 
 
 def test_a_test_without_changes_tests_the_stored_connection(site, app, ui):
@@ -148,8 +148,8 @@ def test_a_test_without_changes_tests_the_stored_connection(site, app, ui):
     go(ui, "robots")
     sheet = open_row(ui, "Veikko")
     press(ui, "Test connection", sheet)
-    ui.wait(lambda: sheet.vm.outcome.tone == "done")
-    assert sheet.vm.outcome.text.startswith("Veikko answers in")
+    ui.wait(lambda: sheet.outcome.tone == "done")
+    assert sheet.outcome.text.startswith("Veikko answers in")
 
 
 def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
@@ -226,7 +226,7 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     question = answer(ui, "Send nothing").question
     assert question.title == "Another robot answers"
     assert (question.before, question.now) == (before, other)
-    assert dialog.vm.outcome.tone == "attention"
+    assert dialog.outcome.tone == "attention"
     assert robots(site)[0].serial_number == before
     enter(ui, dialog.ids.username_field, USER)
     press(ui, "Save", dialog)
@@ -427,7 +427,7 @@ def test_what_is_refused_with_a_taken_name_is_not_shown_as_saved(site, app, ui):
     dialog.ids.name_field.focus = False
     ui.wait(lambda: dialog.vm.name_problem == "There is a robot Veikko already")
     ui.tap(ui.find(Toggle, root=dialog))
-    ui.wait(lambda: app.shell.background.idle and not dialog.vm.saving)
+    ui.wait(lambda: app.shell.background.idle and not dialog.saving)
     assert dialog.vm.enabled == robots(site)[0].enabled
     assert dialog.vm.name_problem
 

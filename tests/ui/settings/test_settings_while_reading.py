@@ -79,7 +79,7 @@ def test_editing_again_begins_with_the_values_just_saved(site, app, ui, hold_rea
     ui.wait(lambda: not ui.find_all(MissionSheet))
     ui.find(MissionRow).act("edit")
     ui.wait(lambda: ui.find_all(MissionSheet))
-    assert ui.find(MissionSheet).vm.name == "Back home"
+    assert ui.find(MissionSheet).it.name == "Back home"
     assert ui.find(MissionRow).name == "Back home"
 
 
