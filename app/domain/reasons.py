@@ -68,7 +68,10 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
             (("until", "group"), "No robot of {group} could be asked until {until}"),
             ((), "No robot of its group could be asked"),
         ),
-        ReasonCode.USER_CANCELLED: (((), "Cancelled by a person"),),
+        ReasonCode.USER_CANCELLED: (
+            (("fleet",), "Cancelled at the fleet before it began"),
+            ((), "Cancelled by a person"),
+        ),
         ReasonCode.QUEUE_CLEARED: (((), "Cancelled with the robot's whole queue"),),
         ReasonCode.SCHEDULE_CHANGED: (
             (("idle",), "The idle mission was changed or switched off while it waited"),

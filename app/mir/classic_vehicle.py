@@ -195,10 +195,10 @@ class ClassicVehicle(ClassicRequests):
         if token:
             self._followed.add(queue_id)
         guid = clean(found.get("fleet_schedule_guid") or found.get("fleet_scheduled_guid"), 80)
-        if item.state.is_open or item.message or not item.vehicle or not guid or not self.capabilities.failure_text:
+        if item.state.is_open or not item.vehicle or not guid or not self.capabilities.failure_text:
             return item
         try:
-            return replace(item, message=self._own_api().message_of(guid))
+            return replace(item, message=self._own_api().message_of(guid) or item.message)
         except RobotError:  # of the robot's place, which is not the order's
             return item
 

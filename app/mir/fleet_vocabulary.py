@@ -14,6 +14,7 @@ from typing import Any
 
 from app.domain.robot import QueueState, RobotState, RobotStatus, Vehicle
 from app.mir import parse
+from app.mir.robot_vocabulary import USER_REQUEST
 from app.mir.texts import clean
 
 # Sent to a robot counts as waiting, as it does not run yet. Cancelled and failed are one word.
@@ -56,6 +57,8 @@ def order_in_robot_words(order: parse.Object, own_user: str, user_name: str, nam
     found = order | {own: order[name] for own, name in _NAMES.items() if name in order}
     if "state" in order:
         found["state"] = clean(order["state"], 40).capitalize()
+    if found.get("state") == "Aborted" and "start_time" in order and parse.instant(order["start_time"]) is None:
+        found["message"] = USER_REQUEST  # what has not begun can't have failed
     parameters = order.get("parameters")
     if isinstance(parameters, dict):
         found["parameters"] = parameters.get("data")

@@ -197,3 +197,21 @@ def test_a_start_in_doubt_is_not_repeated_at_a_fleet_that_may_be_another_one(ide
     about = Duplicates(client, context, seen)
     row = SimpleNamespace(queue_floor=1)
     assert (about.why_uncertain(row, is_taken=False, may_change_robot=False) == "") is is_certain
+
+
+@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
+def test_what_another_user_cancels_at_the_fleet_is_cancelled_before_it_began(site, runs):
+    robot = add(site, ANY_VEHICLE)
+    site.run(10)
+    if not runs:
+        site.stranger_queues()
+        site.run(5)
+    site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: [row.state for row in site.executions()] == [State.EXECUTING if runs else State.QUEUED])
+    site.fleet.book.cancel(site.fleet.book.open[-1], site.fleet.now)
+    site.run_until(lambda: not site.executions()[0].state.is_open)
+    (row,) = site.executions()
+    assert (row.reason.code, dict(row.reason.details)) == (
+        ReasonCode.ROBOT_ABORTED if runs else ReasonCode.USER_CANCELLED,
+        {"fleet": True},
+    )

@@ -10,7 +10,7 @@ from app.domain.message import message
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
-from app.mir.robot_vocabulary import as_stored
+from app.mir.robot_vocabulary import USER_REQUEST, as_stored
 from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
@@ -22,7 +22,6 @@ from app.services.executions.transitions import WITH_THE_ROBOT, Event, Transitio
 
 log = logging.getLogger(__name__)
 
-USER_REQUEST = "aborted - user request"  # the message of a cancellation in the robot's language en_US
 MANY = 3  # open executions that are asked for in one request instead of one each
 
 
@@ -171,6 +170,6 @@ def why_aborted(row: Execution, item: QueueItem, *, says_why: bool = True) -> Re
         return Reason(row.cancel_code)
     if item.state is QueueState.UNKNOWN:
         words = f"{item.state_text}: {words}" if words else item.state_text
-    elif words.lower().startswith(USER_REQUEST):
-        return Reason(ReasonCode.USER_CANCELLED)
+    elif words.lower().startswith(USER_REQUEST.lower()):
+        return Reason(ReasonCode.USER_CANCELLED, {} if says_why else {"fleet": True})
     return Reason(ReasonCode.ROBOT_ABORTED, {"message": words} if words or says_why else {"fleet": True})

@@ -23,6 +23,7 @@ from app.mir.errors import (
     VehicleUnavailable,
 )
 from app.mir.fleet_connection import FleetConnection
+from app.mir.robot_vocabulary import USER_REQUEST
 from app.mir.transport import Response
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
@@ -120,6 +121,18 @@ def test_one_order_is_cancelled_and_no_other(hall: Hall, runs: bool) -> None:
     aino.cancel(number)
     assert hall.run_until(aino, number, QueueState.ABORTED) is QueueState.ABORTED
     assert veikko.queue_item(other).state.is_open
+
+
+@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
+def test_an_order_that_ends_before_it_began_was_cancelled(hall: Hall, runs: bool) -> None:
+    """Of one that ran the fleet doesn't say whether it failed."""
+    aino = hall.vehicle()
+    number = aino.enqueue(GUIDS["Deliver"], description=token())
+    if runs:
+        hall.run_until(aino, number, QueueState.EXECUTING)
+    hall.vehicle().cancel(number)
+    hall.run_until(aino, number, QueueState.ABORTED)
+    assert aino.queue_item(number).message == ("" if runs else USER_REQUEST)
 
 
 def test_clearing_cancels_the_apps_own_orders_only(hall: Hall) -> None:
