@@ -240,6 +240,10 @@ class Robot:
         )
 
     @property
+    def fleet_id(self) -> int | None:
+        return self.fleet.id if self.fleet is not None else None
+
+    @property
     def is_any(self) -> bool:
         """Whether its fleet chooses the robot."""
         return self.vehicle == ANY_VEHICLE
@@ -488,6 +492,7 @@ class RobotSnapshot:
     queue_read_at: datetime | None = None
     since: datetime | None = None  # of this connection state
     problem: Message = ""  # the last failure, empty if it answers
+    fleet_failed: bool = False  # that was its fleet's, not of this robot alone
     capabilities: Capabilities = OF_A_ROBOT
 
 

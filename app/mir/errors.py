@@ -25,11 +25,11 @@ class Delivery(Enum):
 
 SENTENCES: Mapping[str, str] = {
     "robot_error": "something went wrong with {address}",
-    "refused": "{address} refused the connection. Is the robot switched on and its address right?",
-    "no_answer": "{address} doesn't answer. Is the robot switched on and on this network?",
+    "refused": "{address} refused the connection. Is it switched on and its address right?",
+    "no_answer": "{address} doesn't answer. Is it switched on and on this network?",
     "no_route": "there is no route to {address}. Is the tablet on the robots' network?",
-    "unknown_name": "the name {host} is not known on this network: check it or enter the robot's IP address",
-    "slow_name": "looking up the name {host} takes too long: enter the robot's IP address instead",
+    "unknown_name": "the name {host} is not known on this network: check it or enter the IP address",
+    "slow_name": "looking up the name {host} takes too long: enter the IP address instead",
     "unreachable": "{address} can't be reached",
     "not_wanted": "the connection to {address} was made too late, so nothing was sent",
     "tls_failed": "{address} doesn't speak HTTPS as it should: check the address (http or https) and the port",

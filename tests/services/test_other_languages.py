@@ -267,10 +267,10 @@ def test_the_reason_of_a_failed_run_is_reported_with_its_problem(site):
     play(site, CAUSES["execution_failed"])
     alarm = only(site, "execution_failed")
     assert alarm_sentence(alarm) == (
-        "Deliver on R1 failed: Given up at attempt 3: r1 refused the connection. Is the robot switched on and "
+        "Deliver on R1 failed: Given up at attempt 3: r1 refused the connection. Is it switched on and "
         "its address right?"
     )
-    assert alarm_sentence(alarm, FINNISH).endswith("r1 ei ota yhteyttä vastaan. Onko robotti päällä ja osoite oikein?")
+    assert alarm_sentence(alarm, FINNISH).endswith("r1 ei ota yhteyttä vastaan. Onko laite päällä ja osoite oikein?")
 
 
 def test_an_absence_is_reported_in_wall_time_of_the_tablet(site, caplog):

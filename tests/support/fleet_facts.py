@@ -7,8 +7,19 @@ from dataclasses import replace
 from datetime import datetime
 
 from app.domain.activity import ActivitySpan
-from app.domain.models import Alarm, DurationEstimate, Execution, Group, Priority, Robot, RobotSnapshot, State
-from app.domain.robot import QueueItem, QueueState, RobotState
+from app.domain.models import (
+    ANY_VEHICLE,
+    Alarm,
+    DurationEstimate,
+    Execution,
+    Fleet,
+    Group,
+    Priority,
+    Robot,
+    RobotSnapshot,
+    State,
+)
+from app.domain.robot import QueueItem, QueueState, RobotState, RobotStatus
 from app.screens.home.facts import HomeFacts
 from app.services.history.runs import RobotTimeline
 from tests.support import home_facts as sample
@@ -23,6 +34,7 @@ TASKS = (
     "Move coils to press",
 )
 PAUSED = replace(sample.READY, state=RobotState.PAUSE, mission_text="Paused")
+ANY_READY = RobotStatus(state=RobotState.READY)
 DRIVEN = replace(sample.READY, state=RobotState.MANUAL_CONTROL, mission_text="Driven by hand from its own screen")
 
 
@@ -72,6 +84,24 @@ def outage(count: int) -> HomeFacts:
     ]
     silent = {robot.id: sample.silent(robot, sample.EXECUTING, minutes=2) for robot in lost}
     return replace(known, snapshots={**known.snapshots, **silent})
+
+
+HALL_2 = Fleet("Hall 2", "http://10.40.12.5", id=3)
+ANY = Robot("Any of Hall 2", "", id=10, vehicle=ANY_VEHICLE).within(HALL_2)
+
+
+def of_fleet(*statuses: RobotStatus, silent: bool = False) -> HomeFacts:
+    """A fleet's robots MiR 1, MiR 2, … in these states, and any of them, which is selected. ``silent``: the fleet is."""
+    everybody = [Robot(f"MiR {n}", "", id=10 + n, vehicle=str(n)).within(HALL_2) for n in range(1, len(statuses) + 1)]
+    shown = {robot.id: status for robot, status in zip([ANY, *everybody], [ANY_READY, *statuses], strict=True)}
+    snapshots = {number: sample.snapshot(number, status) for number, status in shown.items()}
+    if silent:  # each worker notices it at its own poll
+        snapshots = {
+            robot.id: replace(sample.silent(robot, shown[robot.id], minutes=2 + n), fleet_failed=True)
+            for n, robot in enumerate([ANY, *everybody])
+        }
+    settings = replace(sample.SETTINGS, selected_robot_id=ANY.id)
+    return replace(sample.FACTS, settings=settings, robots=(ANY, *everybody), snapshots=snapshots, open=())
 
 
 def facts(count: int, *, well: bool = False) -> HomeFacts:

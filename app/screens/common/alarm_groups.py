@@ -99,11 +99,14 @@ def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
     grouped = {id(alarm) for group in lines for alarm in group}
     troubled: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     ended: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
+    of_fleets: dict[tuple[object, ...], list[Alarm]] = defaultdict(list)
     for alarm in alarms:
         state, robot_id = (is_over(alarm), *_seen(alarm, now)), alarm.details.get("robot_id")
         if id(alarm) in grouped:
             continue
-        if alarm.code in _OF_ROBOTS and short_words(alarm):
+        if fleet := alarm.details.get("fleet"):
+            of_fleets[str(fleet), alarm.code, *state].append(alarm)
+        elif alarm.code in _OF_ROBOTS and short_words(alarm):
             troubled[alarm.code, silence(alarm), short_words(alarm), *state].append(alarm)
         elif alarm.code in _OF_RUNS and isinstance(robot_id, int):
             ended[alarm.code, robot_id, _reason(alarm), *state].append(alarm)
@@ -111,7 +114,7 @@ def together(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
             lines.append((alarm,))
     for run in [*(run for same in troubled.values() for run in _runs(sorted(same, key=_began))), *ended.values()]:
         lines += [tuple(run)] if len(run) >= ENOUGH else [(alarm,) for alarm in run]
-    return lines
+    return lines + [tuple(same) for same in of_fleets.values()]
 
 
 def _runs(alarms: Sequence[Alarm]) -> list[list[Alarm]]:
@@ -135,7 +138,9 @@ def who_and_what(group: Together) -> tuple[str, str]:
             return robot, ngettext("{n} mission failed", "{n} missions failed", n).format(n=n)
         return robot, ngettext("{n} mission was not run", "{n} missions were not run", n).format(n=n)
     what = short_words(alarm)
-    if what and not has_leader(group):
+    if fleet := alarm.details.get("fleet"):
+        robot = str(fleet)
+    elif what and not has_leader(group):
         robot = ngettext("{n} robot", "{n} robots", n).format(n=n)
     return (robot, what) if what else ("", "")
 
@@ -150,6 +155,8 @@ def group_text(group: Together, settings: Settings, now: datetime) -> str:
 
 def _advice(group: Together) -> str:
     """Of robots with one cause."""
+    if group[0].details.get("fleet"):
+        return advice_of(group[0])
     return {
         "network": _("All at the same minute. Is the access point on?"),
         "refused": _("Are they starting? Are their ports right?"),
@@ -196,9 +203,15 @@ def group_note(group: Together, settings: Settings, now: datetime) -> str:
 
 
 def alarm_item(
-    group: Together, robots: Mapping[int, Robot], settings: Settings, now: datetime, below: bool = False
+    group: Together,
+    robots: Mapping[int, Robot],
+    settings: Settings,
+    now: datetime,
+    below: bool = False,
+    why_no_reset: str = "",
 ) -> Item:
-    """The row of an alarm, or of several with one cause. ``below``: its buttons have a line of their own."""
+    """The row of an alarm, or of several with one cause. ``below``: its buttons have a line of their own;
+    ``why_no_reset``: its robot's errors can't be reset from here."""
     alarm, n = group[0], len(group)
     who, what = who_and_what(group)
     note = group_note(group, settings, now)
@@ -209,7 +222,7 @@ def alarm_item(
         lead=formats.day_or_time(_began(alarm), settings.timezone, now),
         icon=alarm_icon(alarm),
         tone="neutral" if is_shelved(alarm, now) else alarm_tone(alarm),
-        actions=_actions(group, robots, now),
+        actions=_actions(group, robots, now, why_no_reset),
         disc=True,
         loud=alarm_tone(alarm) == "fault",
         edge=True,
@@ -220,7 +233,7 @@ def alarm_item(
     )
 
 
-def _actions(group: Together, robots: Mapping[int, Robot], now: datetime) -> tuple[Action, ...]:
+def _actions(group: Together, robots: Mapping[int, Robot], now: datetime, why_no_reset: str) -> tuple[Action, ...]:
     alarm, n = group[0], len(group)
     fold = [Action("fold", icon="unfold-more-horizontal")] if n > 1 else []
     if is_shelved(alarm, now):
@@ -232,7 +245,7 @@ def _actions(group: Together, robots: Mapping[int, Robot], now: datetime) -> tup
     seen = [Action("acknowledge", word, style="text", tone="accent")] if is_unseen(alarm) else []
     solving = [Action("way", way.word)] if way is not None else []
     if way is not None and alarm.code == "robot_error":
-        solving = [Action("reset", _("Reset errors"))]
+        solving = [Action("reset", _("Reset errors"), off=why_no_reset)]
     menu = [Action("menu", icon="dots-vertical")] if can_be_handled(alarm) else []
     return (*seen, *solving, *fold, *menu)
 

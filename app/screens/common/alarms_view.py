@@ -152,6 +152,8 @@ def short_words(alarm: Alarm) -> str:
             return _("no answer")
         case "unauthorized":
             return _("wrong password")
+        case "wrong_robot" if alarm.details.get("fleet"):
+            return _("another fleet answers")
         case "wrong_robot" if not is_message(alarm.details.get("found")):
             return _("another robot answers")
         case "robot_error":
@@ -234,6 +236,10 @@ def advice_of(alarm: Alarm) -> str:
     problem, found = alarm.details.get("problem"), alarm.details.get("found")
     if alarm.code == "question" and (answers := answers_of(alarm)):
         return _("answers: {answers}").format(answers=" / ".join(answers))
+    if alarm.code == "unreachable" and alarm.details.get("fleet"):
+        return _("Is the fleet's server on?")
+    if alarm.code == "wrong_robot" and alarm.details.get("fleet"):
+        return _("correct its address")
     if alarm.code == "unreachable" and silence(alarm) in ("refused", "names"):
         return render(problem, _)
     if alarm.code == "robot_error" and (known := _problem(alarm)).words:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app.domain.activity import is_charging
-from app.domain.models import Connection, Robot, RobotSnapshot, Settings
+from app.domain.capabilities import Capabilities
+from app.domain.models import Connection, Fleet, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
@@ -19,6 +20,7 @@ HOLDING = (
     RobotState.MANUAL_CONTROL,
     *STOPPED,
 )  # does not continue by itself, even if its text is unchanged
+ANY = "robot"  # icon of any robot of a fleet
 LOW = 10.0  # % of battery below which a person has to look, if no minimum is set
 
 
@@ -33,15 +35,17 @@ class Appearance:
     disc_icon: str = ""  # on a disc; empty: the same
 
 
-def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool) -> Appearance:
+def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool, free: str = "") -> Appearance:
     """What the robot does, in one of the words that the whole app has for it; if it has not answered lately, only that.
-    A state that is not known is "–"."""
+    A state that is not known is "–". ``free``: how many are, if it stands for any robot of a fleet that takes orders."""
     if not robot.enabled or snapshot.connection is Connection.DISABLED:
         return off_appearance(robot)
     if snapshot.status is None and snapshot.connection is Connection.UNKNOWN:
         return Appearance(formats.NOTHING, "timer-sand", "offline")
     if snapshot.status is None or stale or is_silent(snapshot.connection):
-        return _silence(snapshot.connection)
+        return _silence(snapshot.connection, of_fleet=silent_fleet(robot, snapshot) is not None)
+    if free and snapshot.status.state is RobotState.READY:
+        return Appearance(free, ANY)
     return _appearance_of(snapshot.status)
 
 
@@ -90,7 +94,7 @@ def link_appearance(robot: Robot, snapshot: RobotSnapshot, now: datetime, settin
         return Appearance(_("Connected · {age}").format(age=age), "wifi")
     if not is_silent(connection):
         return Appearance(formats.NOTHING, "timer-sand", "offline")
-    shown = _silence(connection)
+    shown = _silence(connection, of_fleet=silent_fleet(robot, snapshot) is not None)
     if snapshot.since is None:
         return shown
     since = formats.day_and_time(snapshot.since, settings.timezone, now)
@@ -102,12 +106,36 @@ def is_silent(connection: Connection) -> bool:
     return connection not in (*ANSWERS, Connection.UNKNOWN, Connection.DISABLED)
 
 
+def silent_fleet(robot: Robot, snapshot: RobotSnapshot) -> Fleet | None:
+    """Its fleet, if that is silent and not the robot alone."""
+    return robot.fleet if snapshot.fleet_failed and robot.enabled and is_silent(snapshot.connection) else None
+
+
+def why_not(action: str, can: Capabilities) -> str:
+    """Why this can't be done through the connection to the robot; empty: it can."""
+    able, why = {
+        "pause": (can.pause, _("The fleet can't pause it. Pause at the robot.")),
+        "resume": (can.pause, _("The fleet can't resume it. Resume at the robot.")),
+        "reset": (can.clear_error, _("The fleet can't reset it. Reset at the robot.")),
+        "answer": (can.prompts, _("The fleet can't answer it. Answer at the robot.")),
+        "cancel waiting": (can.cancel_waiting, _("The fleet can't cancel it. Cancel at the robot.")),
+        "cancel running": (can.cancel_running, _("The fleet can't cancel it. Cancel at the robot.")),
+    }[action]
+    return "" if able else why
+
+
+def trouble_of(robot: Robot, snapshot: RobotSnapshot) -> tuple[str, int]:
+    """What to count, if it needs a person: a silent fleet is one trouble, however many robots it has."""
+    fleet = silent_fleet(robot, snapshot)
+    return ("robot", robot.id) if fleet is None else ("fleet", fleet.id)
+
+
 def silence_word(connection: Connection | None) -> str:
     """The problem of a silent robot; empty for others."""
     return _silence(connection).word if connection is not None and is_silent(connection) else ""
 
 
-def _silence(connection: Connection) -> Appearance:
+def _silence(connection: Connection, *, of_fleet: bool = False) -> Appearance:
     words, icon = {
         Connection.UNAUTHORIZED: (_("Wrong password"), "account-lock-outline"),
         Connection.WRONG_ROBOT: (_("Another robot"), "robot-confused-outline"),
@@ -115,6 +143,8 @@ def _silence(connection: Connection) -> Appearance:
         Connection.UNTRUSTED: (_("Another certificate"), "certificate-outline"),
         Connection.NOT_A_ROBOT: (_("Another robot"), "robot-off-outline"),
     }.get(connection, (_("No answer"), "wifi-off"))
+    if of_fleet and connection in (Connection.WRONG_ROBOT, Connection.NOT_A_ROBOT):
+        words = _("Another fleet")
     return Appearance(words, icon, "attention")
 
 

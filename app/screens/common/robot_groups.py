@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from datetime import datetime
 from enum import Enum
@@ -13,7 +13,7 @@ from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common.holding import HAND, hold_at
-from app.screens.common.robot_appearance import LOW, STOPPED, is_silent
+from app.screens.common.robot_appearance import LOW, STOPPED, is_old, is_silent
 
 
 class Group(Enum):
@@ -35,6 +35,7 @@ class Group(Enum):
 FEW = 3  # robots, up to which Home shows one of them and the others as chips
 URGENCY = {group: number for number, group in enumerate(Group)}
 NEEDS_HELP = frozenset((Group.STOPPED, Group.ASKS, Group.SILENT, Group.LOOK, Group.PAUSED))
+FREE = (Group.READY, Group.CHARGING)
 CALM = (Group.WORKING, Group.READY, Group.CHARGING, Group.HELD, Group.STARTING, Group.OFF)  # as they are counted
 
 
@@ -125,7 +126,15 @@ def count_words(group: Group, n: int) -> str:
     }[group].format(n=n)
 
 
-def help_words(groups: Iterable[Group]) -> str:
-    """How many of them need a person, empty when none does."""
-    n = sum(group in NEEDS_HELP for group in groups)
-    return ngettext("{n} needs you", "{n} need you", n).format(n=n) if n else ""
+def free_words(
+    either: Robot,
+    robots: Iterable[Robot],
+    snapshot_of: Callable[[int], RobotSnapshot | None],
+    settings: Settings,
+    now: datetime,
+) -> str:
+    """Of any robot of a fleet: how many of those in the plan are free; empty if none is in it, or it is one robot."""
+    its_own = [robot for robot in robots if either.is_any and not robot.is_any and robot.fleet_id == either.fleet_id]
+    seen = [(robot, snapshot_of(robot.id) or RobotSnapshot(robot.id)) for robot in its_own]
+    free = sum(group_of(robot, each, is_old(each, now, settings), settings) in FREE for robot, each in seen)
+    return _("{free} of {n} free").format(free=free, n=len(seen)) if seen else ""

@@ -13,6 +13,7 @@ from app.i18n import _, ngettext
 from app.screens.common.alarm_groups import Together, alarm_item, group_text, menu_of_group, together
 from app.screens.common.alarms_view import Act, id_in, is_shelved, is_unseen, past_count, way_to
 from app.screens.common.presses import DOUBLE_TAP, Presses
+from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import ScreenBase, ViewModel
 from app.screens.frame.facts import FrameServices
@@ -113,7 +114,14 @@ class AlarmsModel(ViewModel):
         unfolded = len(group) > 1 and any(alarm.id in self._unfolded for alarm in group)
         shown = [group, *((alarm,) for alarm in group if unfolded)]
         now = self._services.clock.now()
-        return [alarm_item(each, self._robots, self._settings, now, self.below) for each in shown]
+        return [
+            alarm_item(each, self._robots, self._settings, now, self.below, self._why_no_reset(each[0]))
+            for each in shown
+        ]
+
+    def _why_no_reset(self, alarm: Alarm) -> str:
+        """Its robot's errors, from here."""
+        return why_not("reset", self._services.snapshots.get(id_in(alarm.key, "robot") or 0).capabilities)
 
     def _meant_by(self, key: tuple[str, int]) -> Together:
         """The alarms of a row; empty if they are over."""

@@ -9,12 +9,20 @@ from datetime import datetime, timedelta
 from app.domain import rules
 from app.domain.activity import is_charging
 from app.domain.capabilities import Capabilities
-from app.domain.models import Connection, Robot
+from app.domain.models import Connection, Fleet, Robot
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.formats import LONGEST_QUESTION
-from app.screens.common.robot_appearance import BatteryAppearance, battery_appearance, is_old, state_appearance
+from app.screens.common.robot_appearance import (
+    BatteryAppearance,
+    battery_appearance,
+    is_old,
+    silent_fleet,
+    state_appearance,
+    why_not,
+)
+from app.screens.common.robot_groups import free_words
 from app.screens.common.robot_texts import problem_of_status
 from app.screens.home.facts import HomeFacts
 from app.screens.home.today import next_words
@@ -74,7 +82,8 @@ class Card:
 def card(facts: HomeFacts, robot: Robot, now: datetime) -> Card:
     snapshot = facts.snapshot
     old = is_old(snapshot, now, facts.settings)
-    state = state_appearance(robot, snapshot, old)
+    free = free_words(robot, facts.robots, facts.snapshots.get, facts.settings, now)
+    state = state_appearance(robot, snapshot, old, free)
     off, note = sending(facts, robot, now)
     shown = Card(
         name=robot.name,
@@ -92,28 +101,20 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> Card:
     if snapshot.status is None and snapshot.connection is Connection.UNKNOWN:
         return replace(shown, foot=_pause(_("Not read yet")))
     if old or snapshot.status is None:
-        return _as_it_can(_silent(shown, facts, robot, now), snapshot.capabilities)
-    return _as_it_can(_answering(shown, facts, snapshot.status, robot, now), snapshot.capabilities)
+        return _as_it_can(_silent(shown, facts, robot, now), robot, snapshot.capabilities)
+    return _as_it_can(_answering(shown, facts, snapshot.status, robot, now), robot, snapshot.capabilities)
 
 
-def _as_it_can(shown: Card, can: Capabilities) -> Card:
+def _as_it_can(shown: Card, robot: Robot, can: Capabilities) -> Card:
     """What can't be done through the connection to it is off, and says why."""
     foot, note = shown.foot, shown.note
-    if note.answers and not can.prompts:
-        note = replace(note, answers=(), step=_("The fleet can't answer it. Answer at the robot."))
-    if not foot.off and not (can.clear_error if foot.action == "reset" else can.pause):
-        foot = replace(foot, off=True, style="tonal", why=_why_not(foot, can))
+    if note.answers and (why := why_not("answer", can)):
+        note = replace(note, answers=(), step=why)
+    if robot.is_any:
+        foot = _pause(_("Pause a robot on its own page."))
+    elif not foot.off and (why := why_not(foot.action, can)):
+        foot = replace(foot, off=True, style="tonal", why=why)
     return replace(shown, foot=foot, note=note)
-
-
-def _why_not(foot: Foot, can: Capabilities) -> str:
-    if can.any_vehicle:
-        return _("The fleet chooses the robot. Use that one.")
-    return {
-        "pause": _("The fleet can't pause it. Pause at the robot."),
-        "resume": _("The fleet can't resume it. Resume at the robot."),
-        "reset": _("The fleet can't reset it. Reset at the robot."),
-    }[foot.action]
 
 
 def _pause(why: str = "") -> Foot:
@@ -140,13 +141,8 @@ def _silent(shown: Card, facts: HomeFacts, robot: Robot, now: datetime) -> Card:
         then = state_appearance(robot, replace(snapshot, connection=Connection.CONNECTED), stale=False).word.lower()
         words = _("At {time}: {state}, {mission}") if facts.running else _("At {time}: {state}")
         said = words.format(time=at, state=then, mission=facts.name_of(facts.running) if facts.running else "")
-    problem, step = {
-        Connection.UNAUTHORIZED: (_("Enter its password in Settings."), ""),
-        Connection.WRONG_ROBOT: (_("Check its address in Settings."), ""),
-        Connection.NOT_A_ROBOT: (_("Check its address in Settings."), ""),
-        Connection.OTHER_CERTIFICATE: (_("Compare its certificate in Settings."), ""),
-        Connection.UNTRUSTED: (_("Compare its certificate in Settings."), ""),
-    }.get(snapshot.connection, (_("Is it switched on?"), _("Ask IT about the Wi-Fi if it is.")))
+    fleet = silent_fleet(robot, snapshot)
+    problem, step = _way_out(snapshot.connection, fleet)
     deaf = _("{robot} can't hear it. Use the button on the robot.").format(robot=robot.name)
     return replace(
         shown,
@@ -155,6 +151,27 @@ def _silent(shown: Card, facts: HomeFacts, robot: Robot, now: datetime) -> Card:
         said=said,
         foot=_pause("" if answers else deaf),
     )
+
+
+def _way_out(connection: Connection, fleet: Fleet | None) -> tuple[str, str]:
+    """Why there may be no answer, and what a person does; of a fleet it is the same for all of its robots."""
+    if fleet is not None:
+        password = _("Enter the password of {fleet} in Settings."), ""
+        address = _("Check the address of {fleet} in Settings."), ""
+        certificate = _("Compare the certificate of {fleet} in Settings."), ""
+        silence = _("{fleet} is silent. Is its server on?"), _("Ask IT about the server if it is.")
+    else:
+        password, address = (_("Enter its password in Settings."), ""), (_("Check its address in Settings."), "")
+        certificate = _("Compare its certificate in Settings."), ""
+        silence = _("Is it switched on?"), _("Ask IT about the Wi-Fi if it is.")
+    problem, step = {
+        Connection.UNAUTHORIZED: password,
+        Connection.WRONG_ROBOT: address,
+        Connection.NOT_A_ROBOT: address,
+        Connection.OTHER_CERTIFICATE: certificate,
+        Connection.UNTRUSTED: certificate,
+    }.get(connection, silence)
+    return problem.format(fleet=fleet.name if fleet else ""), step
 
 
 def _answering(shown: Card, facts: HomeFacts, status: RobotStatus, robot: Robot, now: datetime) -> Card:
@@ -299,6 +316,7 @@ def battery_words(facts: HomeFacts, old: bool) -> str:
 def sending(facts: HomeFacts, robot: Robot, now: datetime) -> tuple[str, str]:
     """Why no mission can be sent, and when one starts, if not at once; each may be empty."""
     hold, status, name = facts.hold(robot.id, now), facts.snapshot.status, {"robot": robot.name}
+    silent = silent_fleet(robot, facts.snapshot) or robot
     old = is_old(facts.snapshot, now, facts.settings)
     if hold is not None and hold.is_copy:
         return _("Nothing is sent from this tablet"), ""
@@ -311,7 +329,7 @@ def sending(facts: HomeFacts, robot: Robot, now: datetime) -> tuple[str, str]:
     if hold is not None:
         return "", _hold_words(facts, hold.until, hold.clock, now)
     if old:
-        return "", _("Sent when {robot} answers").format(**name)
+        return "", _("Sent when {robot} answers").format(robot=silent.name)
     if status is not None and status.state is RobotState.MANUAL_CONTROL:
         return "", _("Waits while it is driven by hand")
     return "", _("Starts after Resume") if status is not None and status.state is RobotState.PAUSE else ""

@@ -159,8 +159,12 @@ class HomeFacts:
 
     @cached_property
     def _ours(self) -> Mapping[int | str, Execution]:
-        """On the selected robot, by queue id or, before that is stored, by the token that the item carries."""
-        return {e.token if e.queue_id is None else e.queue_id: e for e in reversed(self.open_here)}
+        """On the selected robot, by queue id or, before that is stored, by the token that the item carries. A fleet
+        numbers the orders of all its robots together, and one for any of them appears on the robot that takes it."""
+        robot = self.robot
+        mates = {each.id for each in self.robots if robot and robot.fleet and each.fleet_id == robot.fleet_id}
+        ours = [e for e in self.open if e.robot_id in mates] if mates else self.open_here
+        return {e.token if e.queue_id is None else e.queue_id: e for e in reversed(ours)}
 
     def execution_of(self, item: QueueItem) -> Execution | None:
         """Ours behind an item of the selected robot's queue."""

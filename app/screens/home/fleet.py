@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 from app.domain.capabilities import Capabilities
-from app.domain.models import Connection, Robot, RobotSnapshot, Settings
+from app.domain.models import Connection, Fleet, Robot, RobotSnapshot, Settings
 from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotState, UserPrompt, clipped
 from app.i18n import _, ngettext
@@ -17,7 +17,13 @@ from app.screens.common import formats
 from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.holding import HAND
 from app.screens.common.options import Option
-from app.screens.common.robot_appearance import LOW, battery_appearance, state_appearance
+from app.screens.common.robot_appearance import (
+    LOW,
+    battery_appearance,
+    silent_fleet,
+    state_appearance,
+    trouble_of,
+)
 from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of
 from app.screens.common.robot_texts import Problem, problem_of_status
 from app.widgets.items import Action, Item
@@ -28,7 +34,7 @@ GROUPED_OVER = 56  # robots, which no longer fit on a page
 ON_WALL = 3  # rows of the wall view
 AT_REST = (RobotState.READY, RobotState.ABORTED, RobotState.COMPLETED)
 
-Cause = tuple[str, str, str]  # a group of states, the problem in words, and the minute in which it began
+Cause = tuple[str, str, str]  # a group of states, the problem in words, and the fleet or the minute in which it began
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,8 @@ class Look:
     since: datetime | None = None
     prompt: UserPrompt | None = None
     remedy: str = ""  # "reset" or "resume"
+    trouble: tuple[str, int] = ("", 0)  # to count it by
+    fleet: Fleet | None = None  # that is silent, and not this robot alone
 
     @property
     def rank(self) -> tuple[int, bool, float]:
@@ -112,9 +120,11 @@ def look(
     settings: Settings,
     left: int | None = None,
     since: datetime | None = None,
+    free: str = "",
 ) -> Look:
-    """``old``: what is known of it is out of date; ``left``: the minutes of its mission, None if unknown."""
-    state, kind, status = state_appearance(robot, snapshot, old), look_of(group), snapshot.status
+    """``old``: what is known of it is out of date; ``left``: the minutes of its mission, None if unknown; ``free``: how
+    many are, if it stands for any robot of a fleet."""
+    state, kind, status = state_appearance(robot, snapshot, old, free), look_of(group), snapshot.status
     battery = battery_appearance(status, settings)
     is_low = group is Group.LOOK and status is not None and status.state in AT_REST and not status.errors
     fact = battery.text if is_low or group is Group.CHARGING else state.word
@@ -125,7 +135,7 @@ def look(
     icon = HAND if group is Group.HELD else battery.icon if is_low else state.icon
     last = state
     if old and status is not None:
-        last = state_appearance(robot, RobotSnapshot(robot.id, Connection.CONNECTED, status), False)
+        last = state_appearance(robot, RobotSnapshot(robot.id, Connection.CONNECTED, status), stale=False)
     return Look(
         robot,
         group,
@@ -136,6 +146,8 @@ def look(
         since,
         status.user_prompt if status is not None and group is Group.ASKS and snapshot.capabilities.prompts else None,
         _remedy(group, status.state if status is not None else None, snapshot.capabilities),
+        trouble_of(robot, snapshot),
+        silent_fleet(robot, snapshot),
     )
 
 
@@ -151,6 +163,8 @@ def _problem(robot: Robot, snapshot: RobotSnapshot, group: Group, word: str, is_
     status = snapshot.status
     if robot.needs_password:
         return _("Needs its password")
+    if silent_fleet(robot, snapshot) is not None:
+        return _("{problem}. Is the fleet's server on?").format(problem=word) if word == _("No answer") else word
     if group not in NEEDS_HELP or group is Group.SILENT or status is None:
         return word
     if status.state is RobotState.EMERGENCY_STOP:
@@ -173,6 +187,8 @@ def _remedy(group: Group, state: RobotState | None, can: Capabilities) -> str:
 # ---------------------------------------------------------------------- what needs a person
 def cause(look: Look, zone: str) -> Cause | None:
     """What it shares with the other robots of its row; None: it has a row of its own, as one that asks has."""
+    if look.fleet is not None:
+        return look.group.value, look.problem, look.fleet.name
     if look.since is None or look.prompt is not None:
         return None
     return look.group.value, look.problem, formats.clock_time(look.since, zone)
@@ -191,7 +207,8 @@ def to_do(
 ) -> tuple[Item, ...]:
     """A row for each cause. ``halls``: names of groups by robot, where rows say it; in a ``tight`` list all buttons are
     below the words."""
-    answering = sum(each.group not in (Group.SILENT, Group.OFF, Group.STARTING) for each in looks)
+    known = [each for each in looks if each.group not in (Group.SILENT, Group.OFF, Group.STARTING)]
+    answering = sum(not each.robot.is_any for each in known)
     return tuple(
         _to_do(key, same, answering, settings, now, halls, tight)
         for key, same in causes(looks, settings.timezone).items()
@@ -212,8 +229,8 @@ def _to_do(
     since = formats.day_and_time(first.since, settings.timezone, now) if first.since is not None else ""
     return Item(
         key,
-        title=_names([each.robot.name for each in same]),
-        support=first.problem if len(same) <= NAMED_UP_TO else _all_at_once(first, answering),
+        title=first.fleet.name if first.fleet else _names(same),
+        support=first.problem if first.fleet or len(same) <= NAMED_UP_TO else _all_at_once(first, answering),
         aside=" · ".join(filter(None, (since, *where))),
         icon=first.cell.icon,
         tone=first.cell.tone,
@@ -244,10 +261,11 @@ def _actions(look: Look) -> tuple[Action, ...]:
 ANSWER = "answer "  # in the name of an action, before the guid of the question and the option
 
 
-def _names(names: Sequence[str]) -> str:
+def _names(looks: Sequence[Look]) -> str:
     """Their common beginning is said once: "Robot 9, 23, 40"."""
+    names = [each.robot.name for each in looks]
     if len(names) > NAMED_UP_TO:
-        return robots_in_words(len(names))
+        return robots_in_words(looks)
     head, _space, number = names[0].rpartition(" ")
     beginning = f"{head} "
     if head and number.isdigit() and all(name.startswith(beginning) for name in names):
@@ -283,7 +301,30 @@ def listed(looks: Iterable[Look]) -> tuple[Item, ...]:
     )
 
 
-def robots_in_words(n: int) -> str:
+def pane_of(same: Sequence[Look], at: str) -> Pane:
+    """The robots that have one cause, which began ``at`` that time, or is their fleet."""
+    first = same[0]
+    if first.fleet is not None:
+        return Pane(first.fleet.name, first.problem, listed(same), True)
+    title = _("{problem}: {robots}").format(problem=first.problem, robots=robots_in_words(same))
+    note = _("All at {time}. What each told last:") if first.group is Group.SILENT else _("All at {time}.")
+    return Pane(title, note.format(time=at), listed(same), True)
+
+
+def of_group(looks: Iterable[Look], group: Group) -> list[Look]:
+    """The robots of that group, as they are counted."""
+    return [each for each in looks if each.group is group and not each.robot.is_any]
+
+
+def troubles_in_words(looks: Iterable[Look]) -> str:
+    """How many robots, or silent fleets, need a person; empty when none does."""
+    n = len({each.trouble for each in looks if each.group in NEEDS_HELP})
+    return ngettext("{n} needs you", "{n} need you", n).format(n=n) if n else ""
+
+
+def robots_in_words(looks: Iterable[Look]) -> str:
+    """How many: what stands for any robot of a fleet is none."""
+    n = sum(not each.robot.is_any for each in looks)
     return ngettext("{n} robot", "{n} robots", n).format(n=n)
 
 
@@ -332,14 +373,14 @@ def heads(
 
 
 def _head(n: int, name: str, looks: Sequence[Look], is_open: bool) -> Head:
-    found = Counter(each.group for each in looks)
+    found = Counter(each.group for each in looks if not each.robot.is_any)
     bad = tuple(
         Part(look_of(group).icon, str(found[group]), look_of(group).tone)
         for group in URGENCY
         if group in NEEDS_HELP and found[group]
     )
     calm = tuple(Part(look_of(group).icon, str(found[group])) for group in (Group.WORKING, Group.READY, Group.CHARGING))
-    return Head(("hall", n), name, robots_in_words(len(looks)), is_open, bad, calm)
+    return Head(("hall", n), name, robots_in_words(looks), is_open, bad, calm)
 
 
 def columns(count: int, width: float, height: float, least: tuple[float, float], most: float, gap: float) -> int:

@@ -20,7 +20,7 @@ from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.robot_appearance import ANSWERS, is_old
-from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, count_words, group_of, help_words, or_held
+from app.screens.common.robot_groups import FEW, NEEDS_HELP, Group, count_words, free_words, group_of, or_held
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, ViewModel
 from app.screens.home.facts import HomeFacts, HomeServices
@@ -38,8 +38,10 @@ from app.screens.home.fleet import (
     look,
     minutes_left,
     more_than_on_wall,
-    robots_in_words,
+    of_group,
+    pane_of,
     to_do,
+    troubles_in_words,
 )
 from app.screens.home.fleet_known import Known
 from app.screens.home.waiting_model import WaitingModel
@@ -87,9 +89,7 @@ class Seen:
 
     robot: Robot
     snapshot: RobotSnapshot
-    old: bool
-    left: int | None
-    holds: tuple[Hold, ...]
+    known: tuple[object, ...]
     look: Look
 
 
@@ -232,16 +232,14 @@ class FleetViewModel(FleetState, ViewModel):
         seen, old = self._seen.get(robot_id), is_old(snapshot, now, self._settings)
         left = None if old else self._left(robot_id, snapshot, now)
         holds = tuple(hold for hold in self._holds if hold.covers(robot_id, now))
-        if (
-            seen
-            and seen.snapshot is snapshot
-            and (seen.robot, seen.old, seen.left, seen.holds) == (robot, old, left, holds)
-        ):
+        free = free_words(robot, self._robots.values(), self._services.snapshots.get, self._settings, now)
+        now_known = (robot, old, left, holds, free)
+        if seen and seen.snapshot is snapshot and seen.known == now_known:
             return False
         group = or_held(group_of(robot, snapshot, old, self._settings), holds, robot, now)
-        new = look(robot, snapshot, group, old, self._settings, left)
+        new = look(robot, snapshot, group, old, self._settings, left, free=free)
         new = replace(new, since=self._began(new, snapshot, seen.look if seen else None, now))
-        self._seen[robot_id] = Seen(robot, snapshot, old, left, holds, new)
+        self._seen[robot_id] = Seen(robot, snapshot, now_known, new)
         is_new = seen is None or seen.look != new
         self._is_behind |= is_new
         if seen is not None and new.group is Group.STOPPED is not seen.look.group and dock.field is None:
@@ -293,7 +291,7 @@ class FleetViewModel(FleetState, ViewModel):
     def _show(self, by_hand: bool = False) -> None:
         """Nothing moves under a finger, unless the user has just requested it."""
         looks = [self._seen[robot_id].look for robot_id in self._robots if robot_id in self._seen]
-        groups = [each.group for each in looks]
+        groups = [each.group for each in looks if not each.robot.is_any]
         pane, shown = self._pane(looks), counts(groups, self._chosen if isinstance(self._chosen, Group) else None)
         self._is_withheld = not by_hand and finger.is_down() and (pane, list(shown)) != (self.pane, self.counts)
         if self._is_withheld:
@@ -327,17 +325,15 @@ class FleetViewModel(FleetState, ViewModel):
             wanted = self.query.casefold().strip()
             rows = listed(each for each in looks if wanted in each.robot.name.casefold())
             return Pane(_("Search"), "" if rows else _("Nothing found"), rows, True)
-        if isinstance(chosen, Group) and (same := [each for each in looks if each.group is chosen]):
+        if isinstance(chosen, Group) and (same := of_group(looks, chosen)):
             return Pane(count_words(chosen, len(same)), "", listed(same), True)
         if isinstance(chosen, tuple) and (same := causes(looks, zone).get(chosen, [])):
-            title = _("{problem}: {robots}").format(problem=same[0].problem, robots=robots_in_words(len(same)))
-            note = _("All at {time}. What each told last:") if same[0].group is Group.SILENT else _("All at {time}.")
-            return Pane(title, note.format(time=chosen[2]), listed(same), True)
+            return pane_of(same, chosen[2])
         self._chosen = None
         halls = {robot: self._groups[n].name for robot, n in self._halls.items() if n < len(self._groups)}
         rows = to_do(looks, self._settings, now, halls, self.tight)
         return Pane(
-            help_words(each.group for each in looks) or self.waiting.title,
+            troubles_in_words(looks) or self.waiting.title,
             "",
             rows + tuple(self.waiting.rows),
             more=more_than_on_wall(looks, zone),

@@ -17,6 +17,7 @@ from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.options import MenuItem
 from app.screens.common.presses import Presses
+from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports, as_it_is
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
@@ -266,8 +267,10 @@ class HomeViewModel(HomeCommands, ViewModel):
     def show_more(self, anchor: Widget) -> None:
         """What is seldom done to the queue."""
         items = [MenuItem("clear", _("Clear queue"), "playlist-remove", disabled=not self.clear_count)]
-        if self.card.foot.action == "pause" and not self.card.old and can_reset(self.facts.snapshot.status):
-            items.append(MenuItem("reset", _("Reset errors"), "restore"))
+        seen = self.facts.snapshot
+        if self.card.foot.action == "pause" and not self.card.old and can_reset(seen.status):
+            why = why_not("reset", seen.capabilities)
+            items.append(MenuItem("reset", why or _("Reset errors"), "restore", disabled=bool(why)))
         calls: dict[str, Callable[[], object]] = {"clear": self.clear_queue, "reset": self.reset_errors}
         self._shell.dialogs.menu(anchor, _("Queue"), items, lambda key: calls[key]())
 

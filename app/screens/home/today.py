@@ -15,7 +15,7 @@ from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import HAND, held_note, waiting_words
-from app.screens.common.robot_appearance import STOPPED, is_old
+from app.screens.common.robot_appearance import STOPPED, is_old, why_not
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.choose import AHEAD
 from app.services.dispatch import idle
@@ -104,6 +104,7 @@ def _queue(facts: HomeFacts, robot: Robot, now: datetime) -> list[Item]:
     """The running one, those in the robot's queue, those of the app that are not there yet. Only these have a number."""
     old, number, rows = is_old(facts.snapshot, now, facts.settings), 0, []
     deaf = _("{robot} can't hear it").format(robot=robot.name) if old else ""
+    can = facts.snapshot.capabilities
     clears = robot.id in facts.clearing
     seen: set[int] = set()  # ours; a copy of one is an item of its own
     for item in facts.queue:
@@ -119,7 +120,16 @@ def _queue(facts: HomeFacts, robot: Robot, now: datetime) -> list[Item]:
             continue
         number += 1
         who = "" if ours else item.created_by_name or ""
-        rows.append(_waits(key, facts.name_of(item), number, who, goes, off="" if ours else deaf))
+        rows.append(
+            _waits(
+                key,
+                facts.name_of(item),
+                number,
+                who,
+                goes,
+                off="" if ours and old else deaf or why_not("cancel waiting", can),
+            )
+        )
     if more := len(facts.snapshot.queue) - len(facts.queue):
         number += more
         words = ngettext("and {n} more", "and {n} more", more).format(n=more)
@@ -177,6 +187,11 @@ def reason_words(facts: HomeFacts, run: Execution, now: datetime) -> str:
     }[run.wait]
 
 
+def _of_any(run: Execution, facts: HomeFacts) -> str:
+    """Of a start for any robot of a fleet: which one it is on; there, that any was asked for."""
+    return run.taken_by if run in facts.open_here else run.robot
+
+
 def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goes: bool, now: datetime) -> Item:
     mission, status = facts.name_of(item), facts.snapshot.status
     if old:
@@ -196,7 +211,7 @@ def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goe
     row = Item(
         key,
         mission,
-        ours.taken_by if ours else "",
+        _of_any(ours, facts) if ours else "",
         lead=_("Now"),
         icon=icon,
         tone=tone,
@@ -205,7 +220,8 @@ def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goe
     )
     if goes:
         return replace(row, meta=_("Being cancelled"))
-    return replace(row, actions=(Action("cancel", _("Cancel"), style="text"),))
+    why = why_not("cancel running", facts.snapshot.capabilities)
+    return replace(row, actions=(Action("cancel", _("Cancel"), style="text", off=why),))
 
 
 # ---------------------------------------------------------------------- what waits for a robot of a group

@@ -8,8 +8,8 @@ from datetime import datetime
 from app.domain.models import RobotSnapshot
 from app.i18n import _
 from app.screens.common.options import Option
-from app.screens.common.robot_appearance import is_old, state_appearance
-from app.screens.common.robot_groups import FEW, NEEDS_HELP, group_of, help_rank, look_of
+from app.screens.common.robot_appearance import is_old, state_appearance, trouble_of
+from app.screens.common.robot_groups import FEW, NEEDS_HELP, free_words, group_of, help_rank, look_of
 from app.screens.home.card import Card, card
 from app.screens.home.facts import HomeFacts
 from app.screens.home.map import NO_MAP, MapView, map_view
@@ -59,15 +59,18 @@ def _cleared(facts: HomeFacts) -> int:
 def tabs(facts: HomeFacts, opened: int | None, now: datetime) -> list[Tab]:
     """Up to three robots by name; of more, all of them, with the colour of the worst and how many need a person, and the one ``opened``
     last. An icon is coloured when something is not normal."""
-    found, groups = [], []
+    found, groups, troubles = [], [], set()
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id) or RobotSnapshot(robot.id)
         old = is_old(snapshot, now, facts.settings)
-        state, group = state_appearance(robot, snapshot, old), group_of(robot, snapshot, old, facts.settings)
-        groups += [group] if group in NEEDS_HELP else []
+        free = free_words(robot, facts.robots, facts.snapshots.get, facts.settings, now)
+        state, group = state_appearance(robot, snapshot, old, free), group_of(robot, snapshot, old, facts.settings)
+        if group in NEEDS_HELP:
+            groups.append(group)
+            troubles.add(trouble_of(robot, snapshot))
         found.append(Tab(robot.id, robot.name, state.icon, state.tone if group in NEEDS_HELP else ""))
     if len(found) <= FEW:
         return found
     tone = look_of(min(groups, key=help_rank)).tone if groups else ""
-    every = Tab(ALL_ROBOTS, _("All robots"), "view-grid-outline", tone, len(groups))
+    every = Tab(ALL_ROBOTS, _("All robots"), "view-grid-outline", tone, len(troubles))
     return [every, *(tab for tab in found if tab.key == opened)]

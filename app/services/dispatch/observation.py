@@ -19,6 +19,7 @@ from app.domain.message import Message, message, message_of, render
 from app.domain.models import Connection, Execution, Robot
 from app.domain.robot import RobotState, RobotStatus, problems_in_words
 from app.mir.errors import (
+    AnotherFleet,
     AnotherRobot,
     CertificateMismatch,
     CertificateProblem,
@@ -28,6 +29,7 @@ from app.mir.errors import (
     TimedOut,
     Unauthorized,
     Unreadable,
+    VehicleUnavailable,
 )
 from app.mir.target import Target
 from app.services.dispatch.context import Context
@@ -58,6 +60,7 @@ class Observation:
         self.user_name = ""  # who we are to the robot, once it has been asked
         self.failures = 0  # since the last answer
         self._silences = 0  # failures that are not the tablet's own, since the last answer
+        self._failing_fleet: str | None = None  # the name of its fleet, where that fails and not the robot alone
         self.was_lost = False  # did not answer, since somebody set this back
         self._status: RobotStatus | None = None
         self._read_at = -math.inf  # -inf while it is asked for, and after anything went wrong
@@ -225,7 +228,7 @@ class Observation:
     # ------------------------------------------------------------------ what a reading means
     def _note_answer(self, status: RobotStatus) -> None:
         now, before = self._s.clock.now(), self._s.snapshots.get(self.robot.id)
-        self.failures = self._silences = 0
+        self.failures, self._silences, self._failing_fleet = 0, 0, None
         connection = Connection.SLOW if status.elapsed_s > SLOW_ANSWER else Connection.CONNECTED
         problem: Message = ""
         if self._refused:
@@ -267,6 +270,7 @@ class Observation:
         self.was_lost = True
         self._answered_at = -math.inf
         self._observe("offline")
+        self._failing_fleet = self.robot.fleet.name if self.robot.fleet and _is_of_fleet(error) else None
         in_part_for = self._s.clock.monotonic() - self._in_part_since
         match error:
             case AnotherRobot():
@@ -301,7 +305,7 @@ class Observation:
             )
         if connection not in (Connection.UNREACHABLE, Connection.SLOW):
             self._set_alarm("unreachable", False)
-        self._change_connection(connection, problem)
+        self._change_connection(connection, problem, fleet_failed=self._failing_fleet is not None)
 
     def _named(self, serial_number: str) -> Message:
         """With the name of the configured robot that has it: robots may have changed places."""
@@ -333,7 +337,8 @@ class Observation:
         run)."""
         if on and code not in self._alarmed:
             self._alarmed.add(code)
-            self._s.alarms.raise_about_robot(code, self.robot, **details)
+            whose = {"fleet": self._failing_fleet} if self._failing_fleet else {}
+            self._s.alarms.raise_about_robot(code, self.robot, **whose, **details)
         elif not on and (code in self._alarmed or code not in self._evaluated):
             self._alarmed.discard(code)
             self._s.alarms.clear(code, f"robot:{self.robot.id}")
@@ -381,6 +386,11 @@ class Observation:
                 self._s.activities.prune(c, self.robot.id, self._s.clock.now(), ZoneInfo(self._s.settings().timezone))
 
         self._s.db.write(work)
+
+
+def _is_of_fleet(error: RobotError) -> bool:
+    """Whether a fleet fails, and not only one of its robots."""
+    return isinstance(error, AnotherFleet) or not isinstance(error, AnotherRobot | VehicleUnavailable)
 
 
 def _may_have_changed(before: RobotStatus | None, status: RobotStatus, robot: Robot) -> bool:

@@ -89,6 +89,11 @@ SENTENCES: Mapping[str, tuple[Priority, str]] = {
     }.items()
     for code, sentence in sentences.items()
 }
+# Where the fleet fails through which a robot is reached, and not the robot alone: others are said with the fleet's name
+_OF_FLEETS = {
+    "wrong_robot": "Another fleet answers at the address of {fleet}: {found} instead of {expected}, nothing is sent",
+    "not_a_robot": "What answers at the address of {fleet} is not a MiR fleet: {problem}",
+}
 KEPT = 1000  # past alarms
 # shelving always ends automatically (ISA-18.2): an alarm shelved for ever would never be seen again
 SHELF_HOURS = (1, 4, 8, 24)
@@ -123,9 +128,12 @@ def alarm_sentence(alarm: Alarm, translate: Translate = lambda text: text) -> st
     """One sentence for people, with a dash for each detail that is not known."""
     if alarm.code not in SENTENCES:  # of another version, or a hostile backup
         return clipped(alarm.code, LONGEST_DETAIL)
-    text = SENTENCES[alarm.code][1]
+    fleet = alarm.details.get("fleet")
+    text = (fleet and _OF_FLEETS.get(alarm.code)) or SENTENCES[alarm.code][1]
     zone = str(alarm.details.get("timezone", "UTC"))
     details = {**alarm.details, **instants_in_words(alarm.details, zone, translate)}
+    if fleet:
+        details["robot"] = fleet
     if isinstance(count := details.get("count"), int):
         details["count"] = writing.count(count, translate)
     return translate(text).format_map(

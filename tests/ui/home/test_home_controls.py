@@ -73,7 +73,7 @@ def test_a_failed_command_names_robot_and_command(home, ui):
         (lambda: InvalidInput("robot", "this robot has been removed"), "Aino · Pause: This robot has been removed"),
         (
             lambda: Unreachable(code="unknown_name", host="mir7.plant"),
-            "Aino · Pause: The name mir7.plant is not known on this network: check it or enter the robot's IP address",
+            "Aino · Pause: The name mir7.plant is not known on this network: check it or enter the IP address",
         ),
     ],
 )

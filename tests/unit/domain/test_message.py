@@ -21,7 +21,7 @@ from app.mir.errors import AnotherRobot, Rejected, RobotError, TimedOut, Unreach
 from app.screens.common.problems import sentence_of, words_of
 
 FINNISH = translation("fi").gettext
-REFUSED = "{address} refused the connection. Is the robot switched on and its address right?"
+REFUSED = "{address} refused the connection. Is it switched on and its address right?"
 X, Y = Path("/x"), Path("/x/y.db")
 ERRORS = [
     Unreachable(code="refused", address="10.1.1.1"),

@@ -53,9 +53,7 @@ def test_an_error_has_code_sentence_and_values() -> None:
     assert error.code == "refused"
     assert error.msgid == SENTENCES["refused"]
     assert error.params["address"] == "10.0.0.7"
-    assert (
-        error.text == str(error) == "10.0.0.7 refused the connection. Is the robot switched on and its address right?"
-    )
+    assert error.text == str(error) == "10.0.0.7 refused the connection. Is it switched on and its address right?"
 
 
 def test_the_robots_own_words_come_along() -> None:

@@ -12,7 +12,7 @@ from app.domain.models import Alarm, Reason, ReasonCode, Robot
 from app.domain.reasons import to_store
 from app.mir.errors import SENTENCES
 from app.screens.common.alarm_groups import APART, alarm_item, group_note, group_text, together
-from app.screens.common.alarms_view import Act
+from app.screens.common.alarms_view import Act, alarm_text
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.view import banner, open_lines
 from tests.support.alarms import alarm
@@ -107,6 +107,34 @@ def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_bann
         ("group", 1),
         ["Acknowledge 14", "fold", "menu"],
     )
+
+
+def of_hall_2(alarms: list[Alarm]) -> list[Alarm]:
+    """Not they fail, but their fleet."""
+    return [replace(each, details={**each.details, "fleet": "Hall 2"}) for each in alarms]
+
+
+@pytest.mark.parametrize("alarms", [of_hall_2(silent(2)), of_hall_2(silent(10, apart=timedelta(minutes=4)))])
+def test_a_silent_fleet_is_one_line_whenever_its_robots_notice_it(alarms):
+    [group] = open_lines(alarms, NOW)
+    row, view = item(group), banner(OpenIssues(alarms), {}, SETTINGS, NOW, "logs")
+    assert (row.whole, view.text) == ("Hall 2 · No answer", "Hall 2: no answer")
+    assert row.support.endswith(" · Is the fleet's server on?")
+
+
+def test_another_fleet_is_said_of_the_fleet():
+    details = {"robot": "R1", "fleet": "Hall 2", "found": "Hall 3", "expected": "Hall 2"}
+    [group] = together([alarm("wrong_robot", "robot:1", details=details)], NOW)
+    assert item(group).whole == "Hall 2 · Another fleet answers"
+    assert alarm_text(group[0], SETTINGS, NOW) == (
+        "Another fleet answers at the address of Hall 2: Hall 3 instead of Hall 2, nothing is sent"
+    )
+
+
+def test_errors_that_a_fleet_cannot_reset_say_why():
+    [group] = together([alarm("robot_error", "robot:1", details={"robot": "Aino", "problem": "Spindle"})], NOW)
+    (reset,) = [action for action in item(group, why_no_reset="Reset at the robot.").actions if action.name == "reset"]
+    assert reset.off == "Reset at the robot."
 
 
 @pytest.mark.parametrize(
@@ -205,7 +233,7 @@ def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reaso
     [group] = open_lines(alarms, NOW)
     assert item(group).whole == "Aino · 8 missions failed"
     assert item(group).support == (
-        "Its start window closed at 14:15: 10.1.1.7 doesn't answer. Is the robot switched on and on this network? · "
+        "Its start window closed at 14:15: 10.1.1.7 doesn't answer. Is it switched on and on this network? · "
         "last 14:37 · M1, M2, M3 …"
     )
     assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "Aino: 3 missions were not run"

@@ -51,7 +51,7 @@ def test_repeats_are_counted_and_the_last_one_has_its_time():
 def test_a_silent_robot_comes_with_what_was_tried_and_what_to_check():
     refused = alarm("unreachable", details={"robot": "Aino", "problem": message_of(UNKNOWN_NAME.at("mir7.plant"))})
     assert alarm_text(refused, SETTINGS, NOW).startswith("Aino does not answer: ")
-    assert note(refused) == "the name mir7.plant is not known on this network: check it or enter the robot's IP address"
+    assert note(refused) == "the name mir7.plant is not known on this network: check it or enter the IP address"
 
 
 def test_recovery_is_reported_with_its_time():

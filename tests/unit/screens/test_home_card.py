@@ -58,7 +58,6 @@ def of(status, **values) -> Card:
         (EXECUTING, {"pause": False}, "The fleet can't pause it. Pause at the robot."),
         (PAUSED, {"pause": False}, "The fleet can't resume it. Resume at the robot."),
         (FAILED, {"clear_error": False}, "The fleet can't reset it. Reset at the robot."),
-        (READY, {"pause": False, "any_vehicle": True}, "The fleet chooses the robot. Use that one."),
         (EXECUTING, {"clear_error": False}, ""),
         (FAILED, {"pause": False}, ""),
     ],
@@ -72,6 +71,42 @@ def test_a_question_that_its_fleet_cannot_answer_is_answered_at_the_robot():
     note = of(ASKING, capabilities=Capabilities(prompts=False)).note
     assert (note.answers, note.step) == ((), "The fleet can't answer it. Answer at the robot.")
     assert note.problem
+
+
+def test_any_robot_of_a_fleet_says_how_many_are_free_and_where_to_pause():
+    shown = card(fleet_facts.of_fleet(READY, EXECUTING, FAILED))
+    assert (shown.state, shown.icon) == ("1 of 3 free", "robot")
+    assert (shown.foot.text, shown.foot.off, shown.foot.why) == ("Pause", True, "Pause a robot on its own page.")
+
+
+def test_a_silent_fleet_is_asked_about_in_the_place_of_its_robots():
+    shown = card(fleet_facts.of_fleet(READY, silent=True))
+    assert (shown.state, shown.note.problem, shown.note.step) == (
+        "No answer",
+        "Hall 2 is silent. Is its server on?",
+        "Ask IT about the server if it is.",
+    )
+    assert shown.send_note == "Sent when Hall 2 answers"
+
+
+@pytest.mark.parametrize(
+    ("connection", "state", "problem"),
+    [
+        (Connection.UNAUTHORIZED, "Wrong password", "Enter the password of Hall 2 in Settings."),
+        (Connection.WRONG_ROBOT, "Another fleet", "Check the address of Hall 2 in Settings."),
+        (Connection.NOT_A_ROBOT, "Another fleet", "Check the address of Hall 2 in Settings."),
+        (Connection.UNTRUSTED, "Another certificate", "Compare the certificate of Hall 2 in Settings."),
+    ],
+)
+def test_what_is_wrong_with_a_fleet_is_mended_there(connection, state, problem):
+    facts = fleet_facts.of_fleet(READY, silent=True)
+    found = {number: replace(shot, connection=connection) for number, shot in facts.snapshots.items()}
+    shown = card(replace(facts, snapshots=found))
+    assert (shown.state, shown.note.problem) == (state, problem)
+
+
+def test_a_silent_fleet_counts_once_in_the_tab_of_all_robots():
+    assert tabs(fleet_facts.of_fleet(*[READY] * 10, silent=True), None, NOW)[0].count == 1
 
 
 def test_a_fleet_clears_only_what_was_sent_from_here():

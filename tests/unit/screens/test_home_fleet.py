@@ -14,9 +14,24 @@ from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
 from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import battery_appearance, is_old
-from app.screens.common.robot_groups import Group, group_of, help_words, or_held
+from app.screens.common.robot_groups import Group, free_words, group_of, or_held
 from app.screens.home import fleet
-from app.screens.home.fleet import Look, causes, columns, counts, halls_of, heading, heads, listed, minutes_left, to_do
+from app.screens.home.fleet import (
+    Look,
+    causes,
+    columns,
+    counts,
+    halls_of,
+    heading,
+    heads,
+    listed,
+    minutes_left,
+    of_group,
+    pane_of,
+    robots_in_words,
+    to_do,
+    troubles_in_words,
+)
 from tests.support import fleet_facts
 from tests.support import home_facts as sample
 from tests.support.home_facts import AINO, NOW, SETTINGS, ago, snapshot
@@ -264,9 +279,72 @@ def test_listed_robots_say_their_state_and_keep_their_button():
 
 
 def test_help_is_counted_in_words():
-    assert help_words([Group.READY, Group.STOPPED, Group.SILENT]) == "2 need you"
-    assert help_words([Group.ASKS]) == "1 needs you"
-    assert help_words([Group.READY]) == ""
+    ready, asks = numbered(1, sample.READY), numbered(2, sample.ASKING)
+    assert troubles_in_words([ready, asks, silent(3, 9)]) == "2 need you"
+    assert troubles_in_words([ready, asks]) == "1 needs you"
+    assert troubles_in_words([ready]) == ""
+
+
+# ---------------------------------------------------------------------- through a fleet
+def looks_of(facts) -> list[Look]:
+    free = {
+        robot.id: free_words(robot, facts.robots, facts.snapshots.get, facts.settings, NOW) for robot in facts.robots
+    }
+    groups = {robot.id: group_of(robot, facts.snapshots[robot.id], False, SETTINGS) for robot in facts.robots}
+    return [
+        fleet.look(
+            robot,
+            shot := facts.snapshots[robot.id],
+            groups[robot.id],
+            is_old(shot, NOW, SETTINGS),
+            SETTINGS,
+            since=shot.since,
+            free=free[robot.id],
+        )
+        for robot in facts.robots
+    ]
+
+
+def test_any_robot_of_a_fleet_says_how_many_are_free():
+    found = looks_of(fleet_facts.of_fleet(sample.READY, sample.EXECUTING, sample.CHARGING, sample.FAILED))
+    assert [(each.cell.name, each.cell.fact, each.cell.icon) for each in found[:2]] == [
+        ("Any of Hall 2", "2 of 4 free", "robot"),
+        ("MiR 1", "Ready", "check-circle-outline"),
+    ]
+    alone = looks_of(fleet_facts.of_fleet())
+    assert [each.cell.fact for each in alone] == ["Ready"]  # none of them is in the plan
+
+
+def test_any_robot_of_a_fleet_is_no_robot_to_count():
+    found = looks_of(fleet_facts.of_fleet(sample.READY, sample.READY))
+    assert robots_in_words(found) == "2 robots"
+    assert [each.robot.name for each in of_group(found, Group.READY)] == ["MiR 1", "MiR 2"]
+    (head,) = heads(found, dict.fromkeys((10, 11, 12), 0), (RobotGroup("Hall", (10, 11, 12), id=1),), None)
+    assert (head.robots, [part.text for part in head.calm]) == ("2 robots", ["0", "2", "0"])
+
+
+def test_a_silent_fleet_is_one_trouble_however_many_robots_it_has():
+    found = looks_of(fleet_facts.of_fleet(*[sample.READY] * 10, silent=True))
+    (row,) = rows(*found)
+    assert (row.title, row.support) == ("Hall 2", "No answer. Is the fleet's server on?")
+    assert row.actions[0].name == "open"
+    assert troubles_in_words(found) == "1 needs you"
+    pane = pane_of(found, row.key[2])
+    assert (pane.title, len(pane.rows)) == ("Hall 2", 11)
+
+
+def test_another_fleet_is_one_trouble_too():
+    found = fleet_facts.of_fleet(sample.READY, sample.READY, silent=True)
+    others = {number: replace(shot, connection=Connection.WRONG_ROBOT) for number, shot in found.snapshots.items()}
+    (row,) = rows(*looks_of(replace(found, snapshots=others)))
+    assert (row.title, row.support) == ("Hall 2", "Another fleet")
+
+
+def test_a_robot_that_its_fleet_has_lost_is_a_trouble_of_its_own():
+    found = fleet_facts.of_fleet(sample.READY, sample.READY)
+    lost = replace(sample.silent(found.robots[1], sample.READY, minutes=2), fleet_failed=False)
+    (row,) = rows(*looks_of(replace(found, snapshots={**found.snapshots, 11: lost})))
+    assert (row.title, row.support) == ("MiR 1", "No answer")
 
 
 # ---------------------------------------------------------------------- all of them

@@ -8,6 +8,7 @@ from datetime import timedelta
 import pytest
 
 from app.database.robots import Hold
+from app.domain.capabilities import Capabilities
 from app.domain.models import Connection, Group, Reason, ReasonCode, Schedule, State, Trigger, Wait
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.screens.common.execution_appearance import word
@@ -17,6 +18,7 @@ from app.screens.home.facts import HomeFacts
 from app.screens.home.today import next_words, outcome_line, today
 from app.services.planning.planned import PlannedRun, unassigned_robot
 from app.widgets.items import Item
+from tests.support import fleet_facts
 from tests.support.home_facts import (
     AINO,
     ASKING,
@@ -74,6 +76,23 @@ def test_the_robot_that_a_fleet_chose_is_named():
     done = [replace(run, taken_by="MiR 8") for run in FACTS.finished]
     supports = [row.support for row in rows(replace(FACTS, open=tuple(taken), finished=tuple(done)))]
     assert supports[:3] == ["MiR 8", "MiR 8", "MiR 7"]
+
+
+def test_an_order_for_any_robot_of_a_fleet_is_ours_on_the_robot_that_took_it():
+    facts = fleet_facts.of_fleet(EXECUTING)
+    run = execution(1, fleet_facts.ANY, "Deliver", State.EXECUTING, queue_id=7, taken_by="MiR 1")
+    item = QueueItem(7, QueueState.EXECUTING, mission_id="g9")
+    seen = {number: replace(shot, queue=(item,)) for number, shot in facts.snapshots.items()}
+    facts = replace(facts, open=(run,), snapshots=seen, finished=(), planned=())
+    for robot_id, said in ((fleet_facts.ANY.id, "MiR 1"), (11, "Any of Hall 2")):
+        (row,) = rows(facts.about(robot_id))
+        assert (row.key, row.title, row.support, row.actions[0].name) == (("execution", 1), "Deliver", said, "cancel")
+
+
+@pytest.mark.parametrize(("number", "can"), [(0, "cancel_running"), (1, "cancel_waiting")])
+def test_what_a_fleet_cannot_cancel_says_why(number, can):
+    facts = with_aino(EXECUTING, capabilities=Capabilities(**{can: False}))
+    assert queue(facts)[number].actions[0].off == "The fleet can't cancel it. Cancel at the robot."
 
 
 def test_what_was_done_yesterday_is_not_of_this_day():
