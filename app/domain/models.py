@@ -199,6 +199,11 @@ class Fleet:
         """Its profile, if that is of this fleet with this software. None: it has to be checked up."""
         return self.profile if self.profile is not None and self.profile.is_of(self.identity, self.software) else None
 
+    @property
+    def is_identified(self) -> bool:
+        """Whether another fleet at its address would be noticed: by its identity, or by its certificate."""
+        return self.identity is not None or self.address.startswith("https:")
+
 
 ANY_VEHICLE = "any"  # in the place of a robot's id at its fleet: whichever the fleet chooses
 
@@ -253,9 +258,15 @@ class Robot:
         return 100.0 if self.is_any else status.battery_percentage
 
     @property
+    def is_identified(self) -> bool:
+        """Whether a robot of another fleet at the same address would be noticed: by the fleet, or by its own serial
+        number."""
+        return self.fleet is None or self.fleet.is_identified or self.serial_number is not None
+
+    @property
     def needs_check_up(self) -> bool:
-        """Whether nothing is sent to it by itself: what its fleet does with orders is not known."""
-        return self.fleet is not None and self.fleet.known is None
+        """Whether nothing is sent to it by itself: what its fleet does with orders, or which one it is, is not known."""
+        return self.fleet is not None and (self.fleet.known is None or not self.is_identified)
 
     def within(self, fleet: Fleet) -> Robot:
         """The same with all that it has of its fleet; it is off while that is."""

@@ -153,6 +153,10 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
         Wait.LATE_START: (((), "Starts late because the app was off, can still be put on hold"),),
         Wait.CLOCK: (((), "The tablet's clock can't be trusted, waits until {closes_at}"),),
         Wait.CHECK_UP: (
+            (
+                ("fleet", "user"),
+                "Another fleet with the user {user} could get it: give the app a user of its own at {fleet}, waits until {closes_at}",
+            ),
             (("fleet",), "The fleet {fleet} has to be checked up first, waits until {closes_at}"),
             ((), "Its fleet has to be checked up first, waits until {closes_at}"),
         ),

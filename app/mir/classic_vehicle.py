@@ -118,8 +118,9 @@ class ClassicVehicle(ClassicRequests):
             return RobotStatus(state=state, state_text=mode, date=date, elapsed_s=fleet.elapsed_s)
         vehicle, fleet = self._vehicle(within)
         found = parse.text_or_none(vehicle.get("serial_number"))
-        if self.serial_number and found and found != self.serial_number:
-            raise AnotherRobot(address=self.address.netloc, expected=self.serial_number, found=found)
+        is_identified = self.fleet_identity is not None or self.address.is_secure
+        if self.serial_number and found != self.serial_number and (found or not is_identified):
+            raise AnotherRobot(address=self.address.netloc, expected=self.serial_number, found=found or "?")
         if not fleet_vocabulary.has_contact(vehicle):
             text = clean(vehicle.get("fleet_state_text"), 80) or "?"
             raise VehicleUnavailable(address=self.address.netloc, state=text)

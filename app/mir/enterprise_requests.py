@@ -39,7 +39,7 @@ T = TypeVar("T")
 class Version(NamedTuple):
     number: tuple[int, ...]
     text: str
-    name: str  # of the fleet
+    name: str  # of the fleet; the key is of no other, so that it may have none
 
 
 class EnterpriseRequests(RestRequests):
@@ -74,7 +74,7 @@ class EnterpriseRequests(RestRequests):
             least = ".".join(map(str, LEAST))
             raise OldFleet(address=self.address.netloc, version=found.text or "?", least=least)
         if self.fleet_identity and found.name != self.fleet_identity:
-            raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found.name or "?")
+            raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found.name)
         return found
 
     def _ask_version(self) -> Version:
@@ -87,7 +87,7 @@ class EnterpriseRequests(RestRequests):
         text = clean(found.get("version"), 40)
         numbers = [int(part) for part in text.split("-")[0].split(".") if part.isascii() and part.isdigit()]
         self._connection.notes["version"] = tuple(numbers)
-        return Version(tuple(numbers), text, clean(found.get("fleet-name"), 80))
+        return Version(tuple(numbers), text, clean(found.get("fleet-name"), 80) or "?")
 
     @property
     def _is_whole(self) -> bool:
@@ -102,7 +102,7 @@ class EnterpriseRequests(RestRequests):
         """Its name, its software, and its robots."""
         version = self._version(0.0)
         robots = self._get("/robots", lambda found: words.wrapped(found, "robots"), largest=LARGEST_MISSIONS)
-        return FleetIdentity(version.name or None, version.text or None, tuple(map(words.vehicle, robots)))
+        return FleetIdentity(version.name, version.text or None, tuple(map(words.vehicle, robots)))
 
     # ------------------------------------------------------------------ stored data
     def missions(self) -> list[MissionInfo]:

@@ -57,7 +57,8 @@ SENTENCES: Mapping[str, str] = {
     "another_robot": "{address} has serial number {found} instead of {expected}, so nothing was sent. Is it still the same robot?",
     "another_robot_did_it": "{address} has serial number {found} instead of {expected}, and that machine got the command. Is it still the "
     "same robot?",
-    "another_fleet": "another fleet ({found}) answers at {address} than the known one ({expected}), so nothing was sent",
+    "another_fleet": "another fleet ({found}) answers at {address} than the known one ({expected}), so nothing was sent: correct its "
+    "address, or enter its password or key again if it is the right one",
     "not_a_fleet": "{address} is a single robot, not a fleet: add it as a robot",
     "vehicle_unavailable": "the fleet at {address} has no contact with the robot ({state})",
     "not_in_fleet": "the fleet at {address} doesn't have this robot any more",

@@ -5,6 +5,7 @@ What is said of fleets was recorded, is documented, or is read from clients in u
 
 from __future__ import annotations
 
+import uuid
 from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -21,9 +22,14 @@ from mir_sim.resources import registry
 from mir_sim.resources.call import Handlers
 from mir_sim.rest_machine import RestMachine
 from mir_sim.robot import SimulatedRobot
-from mir_sim.site import ADMINISTRATOR
+from mir_sim.site import ADMINISTRATOR, DISTRIBUTOR, password_hash
 
 BOX_PAGE = b"<html><head><title>Blocked</title></head><body>Request blocked by policy.</body></html>\n"
+
+
+OWN_USER = (
+    "scheduler"  # and its password: a user that somebody has made for one client, so that it is on no other fleet
+)
 
 
 class ClassicFleet(SimulatedFleet, RestMachine):
@@ -53,7 +59,14 @@ class ClassicFleet(SimulatedFleet, RestMachine):
                 "created_by_id": ADMINISTRATOR,
             }
         )
+        self._add_own_user()
         self.last_status: dict[int, dict[str, Any]] = {}  # by number: of robots out of contact, the last one
+
+    def _add_own_user(self) -> None:
+        users = self.site.table("/users")
+        own = {"username": OWN_USER, "name": "Scheduler", "password_hash": password_hash(OWN_USER)}
+        guid = str(uuid.uuid5(uuid.NAMESPACE_OID, f"{self.serial_number}/{OWN_USER}"))  # the same after a restart
+        users.add({**(users.get(DISTRIBUTOR) or {}), "guid": guid, **own})
 
     @property
     def search_status(self) -> int | None:

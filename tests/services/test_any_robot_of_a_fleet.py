@@ -12,16 +12,20 @@ from types import SimpleNamespace
 import pytest
 
 from app.database.backups import back_up, restore
+from app.database.fleets import FleetRepository
 from app.database.robots import Accepted, RobotRepository
-from app.domain.models import ANY_VEHICLE, Connection, Fleet, Group, ReasonCode, Robot, Schedule, State
+from app.domain.check_up import RobotProfile
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, Group, ReasonCode, Robot, Schedule, State, Wait
+from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
 from app.services.dispatch.duplicates import Duplicates
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
 from mir_sim.fleets.orders import OrderState
+from mir_sim.site import DISTRIBUTOR
 from tests.support.network import Fate
-from tests.support.site import FLEET, Site
+from tests.support.site import FLEET, USER, Site
 
 
 @pytest.fixture
@@ -35,6 +39,24 @@ def site(tmp_path):
 
 def add(site, vehicle):
     return site.container.catalogue.save_robot(Robot("Any of Hall", "", fleet=site.hall, vehicle=vehicle))
+
+
+def planned(site, robot, window=60):
+    """In two minutes."""
+    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
+    own = {"respect_working_days": False, "start_window_minutes": window}
+    new = Schedule("S", robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **own)
+    site.container.catalogue.save_schedule(new)
+
+
+def forget_identity(site):
+    """As if the app had only ever known it by a user that all fleets have."""
+    users = site.fleet.site.table("/users")
+    row = next(row for row in users if row["username"] == USER)
+    users.remove(row["guid"])
+    users.add({**row, "guid": DISTRIBUTOR})
+    site.hall = replace(site.hall, identity=None, profile=RobotProfile(None, None, token_field="description"))
+    site.container.db.write(lambda c: FleetRepository().update(c, site.hall))
 
 
 def run_one(site, vehicle):
@@ -147,10 +169,7 @@ def test_a_start_that_a_fleet_may_have_forgotten_is_not_sent_again(tmp_path, ver
     (robot,) = site.add_robots()
     site.add_mission()
     site.run(10)
-    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
-    window = {"respect_working_days": False, "start_window_minutes": 60}
-    planned = Schedule("S", robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **window)
-    site.container.catalogue.save_schedule(planned)
+    planned(site, robot)
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.run_until(lambda: len(list(site.fleet.phases())) == 1)
     site.run(0.5)
@@ -173,10 +192,7 @@ def test_a_run_that_a_fleet_has_forgotten_is_not_repeated_after_a_restore(tmp_pa
     (robot,) = site.add_robots()
     site.add_mission()
     site.run(10)
-    start = (site.clock.now() + timedelta(minutes=2)).replace(tzinfo=None, second=0, microsecond=0)
-    window = {"respect_working_days": False, "start_window_minutes": 60}
-    planned = Schedule("S", robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **window)
-    site.container.catalogue.save_schedule(planned)
+    planned(site, robot)
     back_up(site.container.db.path, tmp_path / "before.db")
     site.run_until(lambda: site.executions() and not site.executions()[0].state.is_open)
     site.run(120)
@@ -230,3 +246,37 @@ def test_a_silent_fleet_differs_from_a_robot_that_it_has_lost(site):
     site.run(120)
     assert [snapshots.get(robot.id).fleet_failed for robot in (either, named)] == [True, True]
     assert [alarm.details.get("fleet") for alarm in site.container.alarms.open()] == [site.hall.name, None]
+
+
+@pytest.mark.parametrize(
+    ("identity", "vehicle", "serials", "is_sent"),
+    [
+        ("own user", ANY_VEHICLE, True, True),
+        (None, ANY_VEHICLE, True, False),
+        (None, "1", True, True),
+        (None, "1", False, False),
+        ("own user", "1", False, True),
+    ],
+)
+def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehicle, serials, is_sent):
+    """With a built-in user of it only a robot's serial number tells it."""
+    if identity is None:
+        site.identity = None
+        forget_identity(site)
+    site.fleet.knobs = replace(site.fleet.knobs, serial_numbers=serials)
+    robot = add(site, vehicle)
+    site.run(10)
+    site.container.operator.run_now(robot.id, 1)
+    planned(site, robot)
+    site.run(150)
+    assert bool(list(site.fleet.book)) is is_sent
+    if not is_sent:
+        assert {row.wait for row in site.executions()} == {Wait.CHECK_UP}
+        said = waiting_sentence(site.executions()[0], "UTC")
+        assert said.startswith(
+            "Another fleet with the user distributor could get it: give the app a user of its own at Fleet, waits"
+        )
+        site.run(3600)
+        assert sentence(site.executions()[0].reason, "UTC").endswith(
+            "no user of its own at the fleet Fleet, so another could get it"
+        )

@@ -19,7 +19,9 @@ from tests.support.site import PASSWORD, USER, Site
 def site(tmp_path):
     site = Site(tmp_path, target="classic")
     site.catalogue = site.container.catalogue
-    site.hall = site.catalogue.save_fleet(Fleet("Hall", "http://fleet", username=USER), password=PASSWORD)
+    site.hall = site.catalogue.save_fleet(
+        Fleet("Hall", "http://fleet", username=USER, identity=site.identity), password=PASSWORD
+    )
     site.robot = site.catalogue.save_robot(Robot("Bella", "", fleet=site.hall, vehicle=site._vehicle_ids["R1"]))
     site.mission = site.add_mission()
     yield site

@@ -97,6 +97,7 @@ class Site:
             )
         self.target, self._token_field = target or targets.chosen, token_field
         self.fleet = targets.above(list(self.machines.values()), self.target)
+        self.identity = targets.give_identity(self.fleet, USER) if self.fleet else None
         self._orders = {
             each.robot.name: OrdersOf(self.fleet, each) for each in (self.fleet.vehicles if self.fleet else [])
         }
@@ -134,7 +135,7 @@ class Site:
             db,
             self.clock,
             make_client=self._client,
-            ask_fleet=lambda _fleet: FleetIdentity(None, None),
+            ask_fleet=lambda _fleet: FleetIdentity(self.identity, None),
             with_window=self._with_window,
             machine=self.tablet,
         )
@@ -234,11 +235,12 @@ class Site:
         kind, catalogue = FleetKind(self.target), self.container.catalogue
         is_classic = kind is FleetKind.CLASSIC
         user, password = (USER, PASSWORD) if is_classic else ("", "mir_scheduler")
-        fleet = catalogue.save_fleet(Fleet(FLEET, f"http://{FLEET.lower()}", kind, user), password=password)
+        new = Fleet(FLEET, f"http://{FLEET.lower()}", kind, user, identity=self.identity)
+        fleet = catalogue.save_fleet(new, password=password)
         found = (
-            RobotProfile(None, None, token_field=self._token_field)
+            RobotProfile(self.identity, None, token_field=self._token_field)
             if is_classic
-            else RobotProfile(None, None, ended_shown_s=self._ended_shown_s)
+            else RobotProfile(self.identity, None, ended_shown_s=self._ended_shown_s)
         )
         self.container.db.write(lambda c: FleetRepository().update(c, replace(fleet, profile=found)))
         return fleet

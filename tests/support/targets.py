@@ -97,6 +97,16 @@ def above(robots: Sequence[SimulatedRobot], target: str) -> SimulatedFleet | Non
     return fleet
 
 
+def give_identity(fleet: SimulatedFleet, user: str) -> str:
+    """What tells it from other fleets; that ``user`` is the app's own."""
+    if isinstance(fleet, EnterpriseFleet):
+        return fleet.name
+    users = fleet.site.table("/users")
+    row = next(row for row in users if row["username"] == user)
+    users.remove(row["guid"])
+    return str(users.add({**row, "guid": fleet.new_guid()})["guid"])
+
+
 @dataclass(eq=False)
 class OrderItem:
     """An order of a fleet, as the robot's item that it becomes: what a test looks at for every target."""

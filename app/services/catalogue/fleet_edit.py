@@ -30,8 +30,9 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
         raise InvalidInput("kind", "a fleet of another kind is another fleet: add that, and remove this one")
     if stored is not None:
         fleet = replace(fleet, identity=fleet.identity or stored.identity)
-        if fleet.username != stored.username and fleet.identity == stored.identity:
-            fleet = replace(fleet, identity=None)  # a classic fleet is known by its user
+        is_confirmed = password is not None and fleet.address == stored.address
+        if (is_confirmed or fleet.username != stored.username) and fleet.identity == stored.identity:
+            fleet = replace(fleet, identity=None)  # it is asked again who it is: what is known counts if it is the same
         if fleet.identity is None and fleet.address != stored.address:  # it may be another one
             fleet = replace(fleet, profile=None)
     if not is_one_of_many:

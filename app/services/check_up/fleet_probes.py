@@ -22,7 +22,8 @@ from app.services.check_up.session import CheckUpSession, Found, amber, green, r
 LENGTH_S = 15.0  # that it takes, about
 SHOWN_FOR_LONG = 600.0  # s, of an order that has ended: longer than most starts are in doubt
 NOT_MARKED = message(
-    "If the trial shows no mark, only their user tells the app's orders from others: give the app a user of its own."
+    "Another fleet at its address could be taken for it: any robot of it, and one without serial number, get no starts. "
+    "Nor are the app's orders told from others, if the trial shows no mark: give the app a user of its own."
 )
 
 

@@ -115,7 +115,7 @@ class Duplicates:
         if self._client.capabilities.find_by is FindBy.ID and age > self._ended_is_shown_for:
             return message("it may have ended, and the fleet may no longer show it")
         robot = self._seen.robot
-        if robot.is_any and robot.fleet is not None and robot.fleet.identity is None:
+        if robot.is_any and not robot.is_identified:
             return message("another fleet may have it, as this one can't be told from others")
         if may_change_robot and not self._would_be_seen():
             return message("its queue does not show whether it arrived")

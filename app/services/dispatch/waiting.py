@@ -89,12 +89,18 @@ class Waiting:
 
     def why_robot(self, row: Execution, seen: Observation, status: RobotStatus) -> WaitsFor | None:
         """Its robot shows that the clock may be wrong (soon everything is held, where the whole app runs), or its battery
-        is too low; or its fleet was not checked up, unless a person starts it now."""
+        is too low; or its fleet can't be told from others, or was not checked up, unless a person starts it now."""
         if seen.contradicts_clock:
             return WaitsFor(Wait.CLOCK)
-        if seen.robot.needs_check_up and seen.robot.fleet and row.trigger is not Trigger.MANUAL:
-            problem = message("the fleet {fleet} was not checked up", fleet=seen.robot.fleet.name)
-            return WaitsFor(Wait.CHECK_UP, {"fleet": seen.robot.fleet.name, "problem": problem})
+        fleet = seen.robot.fleet
+        if fleet is not None and not seen.robot.is_identified:
+            problem = message(
+                "the app has no user of its own at the fleet {fleet}, so another could get it", fleet=fleet.name
+            )
+            return WaitsFor(Wait.CHECK_UP, {"fleet": fleet.name, "user": fleet.username or "?", "problem": problem})
+        if fleet is not None and seen.robot.needs_check_up and row.trigger is not Trigger.MANUAL:
+            problem = message("the fleet {fleet} was not checked up", fleet=fleet.name)
+            return WaitsFor(Wait.CHECK_UP, {"fleet": fleet.name, "problem": problem})
         battery, minimum = seen.robot.battery(status), row.minimum_battery_percent
         is_charged = rules.battery_allows(battery, minimum)
         return None if is_charged else WaitsFor(Wait.BATTERY, {"battery": battery, "minimum": minimum})

@@ -25,7 +25,7 @@ from app.mir.errors import RobotError
 from app.services.catalogue import robot_edit
 from app.services.catalogue.catalogue import Catalogue, Edit
 
-ASK_EVERY = 3600.0  # s
+ASK_EVERY, ASK_NEW_EVERY = 3600.0, 30.0  # s
 log = logging.getLogger(__name__)
 
 
@@ -54,7 +54,7 @@ class Fleets:
 
     def __init__(self, catalogue: Catalogue, ask: Callable[[Fleet], FleetIdentity], clock: Clock) -> None:
         self._catalogue, self._ask, self._clock = catalogue, ask, clock
-        self._ask_at = -math.inf  # monotonic
+        self._look_at, self._ask_at = -math.inf, dict[int, float]()  # monotonic; the second by fleet
         self._thread: threading.Thread | None = None
 
     def test_connection(self, fleet: Fleet, password: str | None = None) -> FleetIdentity:
@@ -96,12 +96,15 @@ class Fleets:
 
     def tick(self) -> None:
         """A chore: ask fleets once an hour who they are, on a separate thread, as what a check-up found holds for one
-        fleet with one software. Returns at once."""
+        fleet with one software; those that are not known yet sooner. Returns at once."""
         now = self._clock.monotonic()
-        if now < self._ask_at or (self._thread and self._thread.is_alive()):
+        if now < self._look_at or (self._thread and self._thread.is_alive()):
             return
-        self._ask_at = now + ASK_EVERY
-        if fleets := [fleet for fleet in self._catalogue.fleets() if fleet.enabled]:
+        self._look_at = now + ASK_NEW_EVERY
+        enabled = [fleet for fleet in self._catalogue.fleets() if fleet.enabled]
+        fleets = [fleet for fleet in enabled if fleet.identity is None or self._ask_at.get(fleet.id, now) <= now]
+        self._ask_at |= dict.fromkeys((fleet.id for fleet in fleets), now + ASK_EVERY)
+        if fleets:
             self._thread = threading.Thread(target=self._identify_all, args=(fleets,), name="fleets", daemon=True)
             self._thread.start()
 

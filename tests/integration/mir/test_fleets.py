@@ -13,7 +13,7 @@ from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission
 from tests.unit.sim.asking import GUIDS
 
 BOUND = 30.0
-PASSWORDS = {FleetKind.CLASSIC: "distributor", FleetKind.ENTERPRISE: "mir_scheduler"}
+PASSWORDS = {FleetKind.CLASSIC: "scheduler", FleetKind.ENTERPRISE: "mir_scheduler"}
 
 
 def wait_until(condition: Callable[[], bool]) -> None:
@@ -35,7 +35,7 @@ def app(tmp_path):
 def test_robots_of_a_fleet_are_found_and_take_missions(app, kind):
     with mir_sim.serve(robots=2, fleet=kind, time_scale=50) as served:
         url = served.above.url
-        fleet = app.catalogue.save_fleet(Fleet("Hall", url, kind, "distributor"), password=PASSWORDS[kind])
+        fleet = app.catalogue.save_fleet(Fleet("Hall", url, kind, "scheduler"), password=PASSWORDS[kind])
         either, *others = (found.vehicle for found in app.fleets.find(fleet.id))
         assert [vehicle.name for vehicle in others] == [robot.name for robot in served.robots]
         robots = app.fleets.add(fleet.id, [either, others[1]])

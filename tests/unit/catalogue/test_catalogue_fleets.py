@@ -187,6 +187,16 @@ def test_a_fleet_stays_known_at_another_address_and_is_another_one_for_another_u
     assert tested.identity == "guid-3"
 
 
+def test_a_fleet_whose_password_is_entered_again_may_be_another_one(world, fleet):
+    """It was renamed, or set up again. Until it has said who it is, and if it is another one, it has to be checked up."""
+    profile = RobotProfile("guid-1", None)
+    known = world.catalogue.save_fleet(replace(fleet, identity="guid-1", profile=profile))
+    again = world.catalogue.save_fleet(known, password="secret")
+    assert (again.identity, again.known) == (None, None)
+    world.catalogue.note_fleet(again, "guid-2", None)
+    assert world.catalogue.fleets()[0].known is None
+
+
 def test_a_fleet_that_is_known_by_nothing_is_checked_up_again_at_another_address(world, fleet):
     checked_up = world.catalogue.save_fleet(replace(fleet, profile=RobotProfile(None, None)))
     assert checked_up.known

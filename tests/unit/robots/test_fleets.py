@@ -121,12 +121,12 @@ def test_fleets_are_asked_once_an_hour_who_they_are(hall):
         assert hall.fleet.software == software
 
 
-def test_a_silent_fleet_is_asked_again(hall):
+def test_a_fleet_that_is_not_known_yet_is_soon_asked_again(hall):
     said, hall.says = hall.says, None
     hall.pass_time(0)
     assert hall.fleet.identity is None
     hall.says = said
-    hall.pass_time(3600)
+    hall.pass_time(40)
     assert hall.fleet.identity == "Hall 1"
 
 
