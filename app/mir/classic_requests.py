@@ -87,14 +87,11 @@ class ClassicRequests(StoredData):
         answer = self._request("GET", "/robots", query={"whitelist": FIELDS}, share=OF_STATUS)
         rows = self._read(answer, lambda found: parse.objects(found, message("the list of robots")), LARGEST_MISSIONS)
         by_id = {number: row for row in rows if (number := parse.text_or_none(row.get("id")))}
-        self._connection.notes["names"] = {number: clean(row.get("name"), 80) for number, row in by_id.items()}
+        self._connection.notes.names = {number: clean(row.get("name"), 80) for number, row in by_id.items()}
         return Fleet(by_id, answer, self._clock() - began)
 
-    def _mode(self) -> str:
-        """The fleet's own state, if it gives no orders to robots in it; else ""."""
-        return self._connection.shared(self, "mode", self._ask_mode)
-
     def _ask_mode(self) -> str:
+        """The fleet's own state, if it gives no orders to robots in it; else ""."""
         try:
             found = self._get("/status", lambda found: parse.single(found, message("the fleet's state")))
         except Rejected:

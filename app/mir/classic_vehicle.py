@@ -76,7 +76,7 @@ class ClassicVehicle(ClassicRequests):
         self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
         self._reach, self._token = reach, token
         self._is_any = vehicle == ANY_VEHICLE
-        self._followed: set[int] = set()  # orders that were asked for by number, for ANY_VEHICLE
+        self._followed: set[int] = set()  # orders for ANY_VEHICLE that the app follows, which a robot may have now
         self._queue = QueueReader(self._entries, self._next_item, ORDERS)
         self.use_profile(profile)
 
@@ -90,7 +90,7 @@ class ClassicVehicle(ClassicRequests):
 
     @property
     def capabilities(self) -> Capabilities:
-        reaches = not self._is_any and self._connection.notes.get(("reaches", self.vehicle)) is True
+        reaches = not self._is_any and self._connection.notes.reached.get(self.vehicle, False)
         find_by = FindBy.TOKEN if self._profile.token_field else FindBy.MATCH
         return replace(
             OF_A_VEHICLE,
@@ -110,7 +110,7 @@ class ClassicVehicle(ClassicRequests):
 
     def _status(self, within: float) -> RobotStatus:
         self._check_fleet()
-        mode = self._mode()
+        mode = self._connection.shared(self, "mode", self._ask_mode)
         if self._is_any:
             fleet = self._fleet(within)
             state = RobotState.UNKNOWN if mode else RobotState.READY
@@ -148,7 +148,7 @@ class ClassicVehicle(ClassicRequests):
         self._name_of_fleet()
         self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else IdentifiedBy.ADDRESS
         if not self._is_any:
-            self._connection.notes["reaches", self.vehicle] = self._reaches_robot()
+            self._connection.notes.reached[self.vehicle] = self._reaches_robot()
         return Identity(status, self._user_name, status.software, self.identified_by)
 
     # ------------------------------------------------------------------ orders
@@ -206,10 +206,10 @@ class ClassicVehicle(ClassicRequests):
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for by number."""
         found = self._connection.shared(self, "open", self._queue.open_items)
-        return [item for item in found if item.vehicle == self.vehicle or (self._is_any and self._is_for_any(item))]
-
-    def _is_for_any(self, item: QueueItem) -> bool:
-        return not item.vehicle or item.id in self._followed
+        self._followed.intersection_update(item.id for item in found)
+        if self._is_any:
+            return [item for item in found if not item.vehicle or item.id in self._followed]
+        return [item for item in found if item.vehicle == self.vehicle]
 
     def items_after(
         self,
@@ -242,8 +242,7 @@ class ClassicVehicle(ClassicRequests):
         numbers = [parse.queue_id(entry) for entry in found]
         if numbers != sorted(numbers, reverse=True):
             return None
-        own = (number for number, entry in zip(numbers, found, strict=True) if entry["vehicle"] == self.vehicle)
-        return next(own, None)
+        return next((entry["id"] for entry in found if entry["vehicle"] == self.vehicle), None)
 
     def cancel(self, queue_id: int, token: str = "") -> None:
         self.pace.wait(None)
@@ -340,7 +339,7 @@ class ClassicVehicle(ClassicRequests):
         return parse.queue_item(self._in_robot_words(self._get(f"{ORDERS}/{queue_id}", parse_order)))
 
     def _in_robot_words(self, order: parse.Object) -> parse.Object:
-        names = self._connection.notes.get("names", {})
+        names = self._connection.notes.names
         known = fleet_vocabulary.order_in_robot_words(order, self._user, self._user_name, names)
         found: parse.Object = in_mir_words(known, self._words)
         return found

@@ -6,7 +6,7 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from app.domain.message import message
 from app.domain.robot import QueueState
@@ -14,7 +14,7 @@ from app.mir import enterprise_vocabulary as words
 from app.mir import parse
 from app.mir.credentials import Token
 from app.mir.errors import Unreadable
-from app.mir.fleet_connection import FRESH
+from app.mir.fleet_connection import FRESH, Notes
 
 MOST_REMEMBERED = 500  # orders
 LISTED_FOR = 3000.0  # s after it was sent in which it is listed for certain: those that ended within the hour are
@@ -46,48 +46,36 @@ class PastOrders:
 
     def __init__(
         self,
-        notes: dict[Any, Any],
+        notes: Notes,
         ask: Callable[[float], list[parse.Object]],
         ask_since: Callable[[datetime], list[parse.Object]],
         clock: Callable[[], float],
         token: Token,
     ) -> None:
-        self._notes, self._ask, self._ask_since, self._clock = notes, ask, ask_since, clock
-        self._own = ("own key", token)  # what the lists call it is known once an order of ours has run
+        self._notes, self._ask, self._ask_since, self._clock, self._token = notes, ask, ask_since, clock, token
 
     def rows(self, within: float = FRESH) -> Sequence[parse.Object]:
         return self._ask(within)
 
-    @property
-    def _ids(self) -> dict[str, str]:
-        """Ids of phases by the tokens of the orders that are known to have them."""
-        found: dict[str, str] = self._notes.setdefault("ids of phases", {})
-        return found
-
-    @property
-    def _sent(self) -> dict[str, Sent]:
-        found: dict[str, Sent] = self._notes.setdefault("sent", {})
-        return found
-
     def token_of(self, phase_id: str) -> str:
         """Empty where it is not known."""
-        return next((token for token, phase in list(self._ids.items()) if phase == phase_id), "")
+        return next((token for token, phase in list(self._notes.phases.items()) if phase == phase_id), "")
 
     def token_with(self, number: int) -> str:
         """The same by the app's number for the order."""
-        return next((token for token in list(self._ids) if words.number_of(token) == number), "")
+        return next((token for token in list(self._notes.phases) if words.number_of(token) == number), "")
 
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
         before = frozenset(_id(row) for row in self.rows(0.0))
-        sent = self._sent
-        sent.setdefault(token, Sent(mission, vehicle, before, self._clock(), self._notes.get("time")))
+        sent = self._notes.sent
+        sent.setdefault(token, Sent(mission, vehicle, before, self._clock(), self._notes.time))
         for old in list(sent)[:-MOST_REMEMBERED]:
             sent.pop(old, None)
 
     def saw(self, token: str, event: parse.Object) -> None:
         """It is active. Once it runs, it is the order that its robot runs."""
-        if token in self._ids or words.state_of(event.get("state")) is not QueueState.EXECUTING:
+        if token in self._notes.phases or words.state_of(event.get("state")) is not QueueState.EXECUTING:
             return
         running = [
             row
@@ -97,11 +85,11 @@ class PastOrders:
         ]
         if len(running) == 1:
             self.remember(token, _id(running[0]))
-            self._notes[self._own] = _key(running[0])
+            self._notes.own_keys[self._token] = _key(running[0])  # known once an order of ours has run
 
     def remember(self, token: str, phase_id: str) -> None:
         """The order with this token has the phase with this id."""
-        known = self._ids
+        known = self._notes.phases
         known[token] = phase_id
         for old in list(known)[:-MOST_REMEMBERED]:
             known.pop(old, None)
@@ -110,7 +98,7 @@ class PastOrders:
         """Seconds for which an order is shown once it has ended, at least: that long ago the oldest one has that is listed, and is
         found by its id. 0.0: none is, or the fleet does not report its time."""
         self.rows(0.0)
-        now: datetime | None = self._notes.get("time")
+        now = self._notes.time
         longest = 0.0
         for back in SEARCHED if now else ():
             assert now is not None
@@ -128,7 +116,7 @@ class PastOrders:
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
         Unreadable if several may be meant."""
-        rows, known, sent = {_id(row): row for row in self.rows()}, self._ids, self._sent.get(token)
+        rows, known, sent = {_id(row): row for row in self.rows()}, self._notes.phases, self._notes.sent.get(token)
         if known.get(token) not in rows and sent is not None and self._clock() - sent.at > LISTED_FOR:
             if sent.date is None:
                 raise Unreadable(problem=message("what has ended more than an hour ago can't be told"))
@@ -136,7 +124,7 @@ class PastOrders:
         if token in known:
             return rows.get(known[token])
         others = {phase for of, phase in list(known.items()) if of != token}
-        own = self._notes.get(self._own, "")
+        own = self._notes.own_keys.get(self._token, "")
         free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle, own)}
         if not free:
             return None

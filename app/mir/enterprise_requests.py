@@ -28,7 +28,10 @@ from app.mir.stored_data import LARGEST_MISSIONS, MOST_MISSIONS
 from app.mir.texts import clean
 from app.mir.transport import OF_READS, Response, Timeouts
 
-LEAST, WHOLE = (1, 4, 2), (1, 5)  # versions: before the first no order can be found, from the second on each by its id
+LEAST, FIND_BY_ID = (
+    (1, 4, 2),
+    (1, 5),
+)  # versions: before the first no order can be found, from the second on each by its id
 KNOWN_FOR = 10.0  # s for which the fleet's name and version are known
 NOT_FOUND = (404, 410)
 MOST_REMEMBERED = 500  # orders whose messages are kept
@@ -86,17 +89,13 @@ class EnterpriseRequests(RestRequests):
             raise NotAMir(code="no_interface", address=self.address.netloc, status=error.status) from None
         text = clean(found.get("version"), 40)
         numbers = [int(part) for part in text.split("-")[0].split(".") if part.isascii() and part.isdigit()]
-        self._connection.notes["version"] = tuple(numbers)
+        self._connection.notes.version = tuple(numbers)
         return Version(tuple(numbers), text, clean(found.get("fleet-name"), 80) or "?")
 
     @property
-    def _is_whole(self) -> bool:
-        return self._version().number >= WHOLE
-
-    @property
-    def finds_ended(self) -> bool:
+    def finds_by_id(self) -> bool:
         """Whether an order that has ended is found by its id. Raises RobotError."""
-        return self._is_whole
+        return self._version().number >= FIND_BY_ID
 
     def identify_fleet(self) -> FleetIdentity:
         """Its name, its software, and its robots."""
@@ -152,17 +151,17 @@ class EnterpriseRequests(RestRequests):
             "/serial-order-status/snapshot", lambda found: words.wrapped(found, name), largest=LARGEST_MISSIONS
         )
         events = [event | {"serial-order-id": clean(event.get("serial-order-id"), 80).lower()} for event in events]
-        said: dict[str, str] = self._connection.notes.setdefault("said", {})
+        said = self._connection.notes.said
         for event in events:
             if text := clean(event.get("message")):
                 said[event["serial-order-id"]] = text
         for token in list(said)[:-MOST_REMEMBERED]:
             del said[token]
-        return list(words.of_whole_orders(events).values())
+        return list(words.one_of_each_order(events).values())
 
     def _said(self, token: str) -> str:
         """The last message that this order's events have had."""
-        return str(self._connection.notes.get("said", {}).get(token, ""))
+        return self._connection.notes.said.get(token, "")
 
     def _prompts(self) -> list[parse.Object]:
         return self._connection.shared(

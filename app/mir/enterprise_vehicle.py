@@ -21,7 +21,7 @@ from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.enterprise_past import PastOrders
-from app.mir.enterprise_requests import LEAST, NOT_FOUND, WHOLE, EnterpriseRequests, segment
+from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequests, segment
 from app.mir.errors import AnotherRobot, NotShownYet, Rejected, RobotError, VehicleUnavailable
 from app.mir.fleet_connection import FleetConnection
 from app.mir.fleet_vocabulary import as_text
@@ -64,8 +64,7 @@ class EnterpriseVehicle(EnterpriseRequests):
 
     @property
     def capabilities(self) -> Capabilities:
-        is_whole = self._connection.notes.get("version", LEAST) >= WHOLE
-        can = is_whole and not self._is_any
+        can = not self._is_any and self._connection.notes.version >= FIND_BY_ID
         return replace(OF_A_VEHICLE, any_vehicle=self._is_any, pause=can, clear_error=can, prompts=can)
 
     # ------------------------------------------------------------------ who it is
@@ -110,17 +109,17 @@ class EnterpriseVehicle(EnterpriseRequests):
     def _check_contact(self, robot: parse.Object, date: datetime | None) -> None:
         """The last that the fleet has heard stays when the robot is off."""
         text, mono = words.heard_at(robot), self._clock()
-        before, since = self._connection.notes.get(("heard", self.vehicle), ("", mono))
+        before, since = self._connection.notes.heard.get(self.vehicle, ("", mono))
         if text != before:
             before, since = text, mono
-            self._connection.notes["heard", self.vehicle] = (text, mono)
+            self._connection.notes.heard[self.vehicle] = (text, mono)
         at = parse.instant(text)
         is_old = at is not None and date is not None and date - at.replace(tzinfo=UTC) > timedelta(seconds=SILENT_AFTER)
         if not text or is_old or mono - since > SILENT_AFTER:
             raise VehicleUnavailable(address=self.address.netloc, state=text or "?")
 
     def _prompt(self) -> UserPrompt | None:
-        if not self._is_whole:
+        if not self.finds_by_id:
             return None
         own = (event for event in self._prompts() if event.get("robot-id") == self.vehicle)
         return next(filter(None, map(words.prompt, own)), None)
@@ -166,7 +165,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         self.pace.wait(OF_ALL)
         self._verify()
         try:
-            if self._is_whole:
+            if self.finds_by_id:
                 phase["order-id"] = words.phase_of(description)
             else:
                 self._past.note(description, mission_guid, "" if self._is_any else self.vehicle)
@@ -226,7 +225,7 @@ class EnterpriseVehicle(EnterpriseRequests):
             words.number_of(token)
         except ValueError:
             return None
-        return self._find_by_id(token) if self._is_whole else self._find_by_facts(token)
+        return self._find_by_id(token) if self.finds_by_id else self._find_by_facts(token)
 
     def _find_by_id(self, token: str) -> QueueItem | None:
         """By its phase, which stays when the order has ended; then by the order, whose phase may have another id, or be
@@ -253,7 +252,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         event = next((event for event in self._active() if event.get("serial-order-id") == token), None)
         if event is not None:
             self._past.saw(token, event)
-            return words.item_of_event(event, {})
+            return words.item_of_event(event)
         order = self._past.find(token, "" if self._is_any else self.vehicle)
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
@@ -261,7 +260,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         """Those that have ended ``since``, else within the hour. With the fleet's time."""
         query = None if since is None else {"terminatedAfter": f"{since.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"}
         answer = self._request("GET", "/order", query=query)
-        self._connection.notes["time"] = parse.http_date(answer.headers.get("Date", ""))
+        self._connection.notes.time = parse.http_date(answer.headers.get("Date", ""))
         rows = self._read(answer, lambda found: parse.objects(found, message("the orders")), None)
         return [row | {"order-id": clean(row.get("order-id"), 80).lower()} for row in rows]
 
@@ -273,41 +272,39 @@ class EnterpriseVehicle(EnterpriseRequests):
 
     def ended_shown_for(self) -> float:
         """Seconds for which it shows an order that has ended, at least, as far as can be seen now."""
-        return self._past.shown_for(lambda id_: not self._is_whole or self._found(f"/order/{segment(id_)}") is not None)
+        return self._past.shown_for(
+            lambda id_: not self.finds_by_id or self._found(f"/order/{segment(id_)}") is not None
+        )
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for."""
-        return [item for item in self._active_items() if item.state.is_open and self._is_own(item)]
+        found = [item for item in self._active_items() if item.state.is_open]
+        self._followed.intersection_update(item.description for item in found)
+        if self._is_any:
+            return [item for item in found if not item.vehicle or item.description in self._followed]
+        return [item for item in found if item.vehicle == self.vehicle]
 
     def newest_id(self, token: str = "") -> int | None:
         """Of those that are active or have ended within the hour; else ``token``'s, if that was sent since something was seen."""
         active = [item.id for item in self._active_items() if item.vehicle == self.vehicle]
         own = [row for row in self._past.rows() if row.get("robot-id") == self.vehicle and not words.gives_way(row)]
-        notes, newest, after = (
-            self._connection.notes,
-            ("newest", self.vehicle),
-            ("sent before it was seen", self.vehicle),
-        )
+        notes = self._connection.notes
         if active:
-            notes[newest] = max(active)
+            notes.newest[self.vehicle] = max(active)
         elif own:
-            notes[newest] = self._number_of_phase(clean(max(own, key=words.created).get("order-id"), 80), token)
-        elif token and token != notes.get(after):
-            notes[newest] = words.number_of(token)
-        notes[after] = token
-        found: int | None = notes.get(newest)
-        return found
+            notes.newest[self.vehicle] = self._number_of_phase(
+                clean(max(own, key=words.created).get("order-id"), 80), token
+            )
+        elif token and token != notes.sent_before.get(self.vehicle):
+            notes.newest[self.vehicle] = words.number_of(token)
+        notes.sent_before[self.vehicle] = token
+        return notes.newest.get(self.vehicle)
 
     def _number_of_phase(self, phase_id: str, token: str) -> int:
         """Of the order that has it, if that is known; else a number of its own."""
         if token and phase_id == words.phase_of(token):
             return words.number_of(token)
         return words.number_of(self._past.token_of(phase_id) or phase_id)
-
-    def _is_own(self, item: QueueItem) -> bool:
-        if self._is_any:
-            return not item.vehicle or item.description in self._followed
-        return item.vehicle == self.vehicle
 
     def items_after(
         self,
@@ -330,8 +327,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         return None
 
     def _active_items(self) -> list[QueueItem]:
-        names = self._connection.notes.get("names", {})
-        found = [words.item_of_event(event, names) for event in self._active() if not words.gives_way(event)]
+        found = [words.item_of_event(event) for event in self._active() if not words.gives_way(event)]
         return sorted(filter(None, found), key=lambda item: item.id)
 
     def cancel(self, queue_id: int, token: str = "") -> None:

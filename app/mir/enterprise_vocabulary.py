@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 from types import MappingProxyType
 from typing import Any
@@ -113,9 +113,9 @@ def _why(order: parse.Object) -> str:
     return next(filter(None, texts), "")
 
 
-def item_of_event(event: parse.Object, names: Mapping[str, str]) -> QueueItem | None:
+def item_of_event(event: parse.Object) -> QueueItem | None:
     """None for an order whose id is not one of ours could be: no UUID."""
-    token, vehicle = clean(event.get("serial-order-id"), 80), clean(event.get("robot-id"), 80)
+    token = clean(event.get("serial-order-id"), 80)
     try:
         number = number_of(token)
     except ValueError:
@@ -127,12 +127,11 @@ def item_of_event(event: parse.Object, names: Mapping[str, str]) -> QueueItem | 
         mission_id=parse.text_or_none(event.get("mission-id")),
         message=resolve(event.get("message")),
         description=token,
-        vehicle=vehicle,
-        vehicle_name=names.get(vehicle, ""),
+        vehicle=clean(event.get("robot-id"), 80),
     )
 
 
-def of_whole_orders(events: Sequence[parse.Object]) -> dict[str, parse.Object]:
+def one_of_each_order(events: Sequence[parse.Object]) -> dict[str, parse.Object]:
     """By the orders' ids the event of the whole order, or else of its first phase."""
     found: dict[str, parse.Object] = {}
     for event in events:

@@ -6,11 +6,17 @@ from __future__ import annotations
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable
-from typing import Any, Protocol, TypeVar
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from app.mir.errors import RobotError
 from app.mir.transport import Pace
+
+if TYPE_CHECKING:
+    from app.mir.credentials import Token
+    from app.mir.enterprise_past import Sent
 
 FRESH = 1.0  # s for which an answer about all robots serves every one of them
 
@@ -28,12 +34,33 @@ class Pausing(Protocol):
     on_pause: Callable[[], None]
 
 
+@dataclass
+class Notes:
+    """What a fleet's clients remember for each other. By robots' ids: their ``names``, whether their own API can be
+    ``reached``, and when the fleet has ``heard`` of them, with since when it says so. ``time``: the fleet's, when it was
+    asked last. By tokens: what was ``said`` of orders, the ids of their ``phases``, and how they were ``sent``; by
+    robots' ids the ``newest`` number, and the token of the last order before (``sent_before``). ``own_keys``: how orders
+    show the app's key."""
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    reached: dict[str, bool] = field(default_factory=dict)
+    heard: dict[str, tuple[str, float]] = field(default_factory=dict)
+    version: tuple[int, ...] = ()
+    time: datetime | None = None
+    said: dict[str, str] = field(default_factory=dict)
+    phases: dict[str, str] = field(default_factory=dict)
+    sent: dict[str, Sent] = field(default_factory=dict)
+    newest: dict[str, int] = field(default_factory=dict)
+    sent_before: dict[str, str] = field(default_factory=dict)
+    own_keys: dict[Token, str] = field(default_factory=dict)
+
+
 class FleetConnection:
     """Used by many threads. ``clock``: monotonic, in seconds."""
 
     def __init__(self, clock: Callable[[], float] = since_boot, pace: Pace | None = None) -> None:
         self.clock, self.pace = clock, pace or Pace(clock)
-        self.notes: dict[Any, Any] = {}  # what clients remember for each other, each under a key of its own
+        self.notes = Notes()
         self._answers: dict[str, tuple[float, Any]] = {}  # by question: when it was asked, and the value or error
         self._forgotten: dict[str, int] = defaultdict(int)  # by question: how often
         self._locks: dict[str, threading.Lock] = defaultdict(threading.Lock)

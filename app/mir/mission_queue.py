@@ -39,10 +39,7 @@ class QueueReader:
     def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem], path: str = "/mission_queue") -> None:
         self._ask, self._read_item, self._path = ask, read_item, path
         self._has_search: bool | None = None  # None: not known yet
-        self._page, self._limits_pages = (
-            PAGE,
-            True,
-        )  # most entries of a page; whether it may have fewer than exist
+        self._page, self._limits_pages = PAGE, True  # most entries of a page; whether it may have fewer than exist
         self._open_states = OPEN_STATES  # the robot's words for them
         self._has_unknown_words = False  # it has others than MiR's
         self._does_sort = True  # the newest of its list came first, when it was read last
@@ -52,9 +49,9 @@ class QueueReader:
     def use_profile(self, known: RobotProfile) -> None:
         self._has_search, words = known.has_search, known.item_states
         own = [word for word, state in words.items() if state in OPEN_STATES]
-        is_whole = {words[word] for word in own} == set(OPEN_STATES)
-        self._open_states = own if is_whole else OPEN_STATES
-        self._has_unknown_words = not is_whole and any(
+        are_all = {words[word] for word in own} == set(OPEN_STATES)
+        self._open_states = own if are_all else OPEN_STATES
+        self._has_unknown_words = not are_all and any(
             word != state and state in RUN_STATES for word, state in words.items()
         )
         self._page, self._limits_pages = min(PAGE, known.page_limit or PAGE), known.page_limit != 0
@@ -76,7 +73,7 @@ class QueueReader:
         entries = self._ask(
             "GET", self._path, {"whitelist": "all", "sort_by": "id,desc", "limit": str(self._page)}, None
         )
-        items = [parse.listed_item(entry) for entry in entries if parse.is_whole_item(entry)]
+        items = [parse.listed_item(entry) for entry in entries if parse.has_all_fields(entry)]
         return sorted((item for item in items if item.may_be_open), key=lambda item: item.id)
 
     def items_after(self, floor: int, known: Known | None = None, highest: int = 0) -> list[QueueItem]:
@@ -172,9 +169,9 @@ class QueueReader:
         returns whether this proves that there are no others. ``floor``: wanted items have higher ids."""
         entries = self._by_search(filter_, wanted, floor) if self._has_search is not False else None
         if entries is not None:
-            return self._whole(entries, known), self._is_complete
+            return self._in_full(entries, known), self._is_complete
         entries = list(self._pages("GET", self._path, None, wanted, floor))
-        return self._whole(entries, known), self._does_sort and self._is_complete
+        return self._in_full(entries, known), self._does_sort and self._is_complete
 
     def _by_search(self, filter_: Mapping[str, Any], wanted: Wanted, floor: int | None) -> list[parse.Object] | None:
         """None: the robot does not offer it; only for now, if it did before (it may be booting)."""
@@ -220,13 +217,13 @@ class QueueReader:
                 return
         raise Unreadable(problem=message("more than {n} queue items", n=MOST_ITEMS))
 
-    def _whole(self, entries: Sequence[parse.Object], known: Known | None = None) -> list[QueueItem]:
+    def _in_full(self, entries: Sequence[parse.Object], known: Known | None = None) -> list[QueueItem]:
         """Items with all their fields, by ascending id; those in short form in the list are read one by one, unless
         they are ``known``."""
         items: list[QueueItem] = []
         known, reads = {} if known is None else known, 0
         for entry in entries:
-            if parse.is_whole_item(entry):
+            if parse.has_all_fields(entry):
                 items.append(parse.listed_item(entry))
                 continue
             number = parse.queue_id(entry)

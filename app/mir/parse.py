@@ -290,7 +290,7 @@ def queue_state(value: Object) -> QueueState:
     return _QUEUE_STATES.get(clean(value.get("state"), 40).casefold(), QueueState.UNKNOWN)
 
 
-def is_whole_item(value: Object) -> bool:
+def has_all_fields(value: Object) -> bool:
     """Lists often have only id, state and url."""
     return "mission_id" in value and "description" in value
 

@@ -113,12 +113,12 @@ class EnterpriseOrders:
 
     def __init__(self, robot: RawClient, client: EnterpriseVehicle) -> None:
         self._robot, self._client = robot, client
-        self.is_whole = client.finds_ended
+        self.finds_by_id = client.finds_by_id
 
     def post(self, left: LeftBehind, earliest: datetime) -> Answer:
         token = left.tokens[0]
         phase: dict[str, Any] = {"mission-id": left.queued, "arguments": []}
-        if self.is_whole:
+        if self.finds_by_id:
             phase["order-id"] = enterprise_vocabulary.phase_of(token)
         order = {
             "id": token,

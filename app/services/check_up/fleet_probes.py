@@ -160,7 +160,7 @@ def _robots(fleet: FleetIdentity) -> Found:
 
 
 def _version(software: str, client: EnterpriseVehicle) -> Found:
-    if client.finds_ended:
+    if client.finds_by_id:
         return green("Its software is {software}", software=software)
     return amber(
         "Its software is {software}: an order that has ended can't be found by its id",

@@ -185,7 +185,7 @@ class OrderTrial:
         return self._is_found_by_id(orders, left.tokens[0]) and self._send_again(orders)
 
     def _is_found_by_id(self, orders: EnterpriseOrders, token: str) -> bool:
-        if orders.is_whole and not all(answer.checked(404, 410).is_good for answer in orders.found_by_id(token)):
+        if orders.finds_by_id and not all(answer.checked(404, 410).is_good for answer in orders.found_by_id(token)):
             self._session.add(Topic.RECOGNISED, red("An order can't be found by the app's id", TWICE))
             return False
         self._session.add(Topic.RECOGNISED, green("The order is found by the app's id"))
@@ -251,7 +251,7 @@ class OrderTrial:
         for each in self._orders.of(left):
             if each.word not in ORDER_STATES and isinstance(self._orders, ClassicOrders):
                 session.facts.setdefault("item_states", {}).setdefault(each.word, QueueState.ABORTED.value)
-        if isinstance(self._orders, EnterpriseOrders) and self._orders.is_whole:
+        if isinstance(self._orders, EnterpriseOrders) and self._orders.finds_by_id:
             _order, phase = self._orders.found_by_id(left.tokens[0])
             if not phase.checked(404, 410).is_good:
                 session.add(Topic.CANCELLED, red("An order that has ended can't be found any more", TWICE))

@@ -104,7 +104,7 @@ class _QueueLists:
         limit = len(ids) if 0 < len(ids) < PAGE and "limit" not in self._ignores and self._has_more_than(ids) else 0
         if len(ids) > 1 and self._same_with_offset():
             self._ignores.add("offset")
-        if not all(parse.is_whole_item(entry) or "mission_id" in entry for entry in page.rows):
+        if not all(parse.has_all_fields(entry) or "mission_id" in entry for entry in page.rows):
             self._ignores.add("whitelist")
         if limit > 1 or len(ids) >= PAGE:  # pages of one have no order
             self._session.facts["page_limit"] = limit

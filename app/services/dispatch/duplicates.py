@@ -192,7 +192,7 @@ class Duplicates:
         if not self._s.restored_starts.wants(robot):
             self._read = {}
             return
-        is_whole = self._client.capabilities.find_by is not FindBy.ID  # it lists all, not only what is looked for
+        lists_all = self._client.capabilities.find_by is not FindBy.ID  # it lists all, not only what is looked for
         tokens = self._s.restored_starts.sought()
         try:
             found = self._client.status().serial_number
@@ -204,7 +204,7 @@ class Duplicates:
             last = self._s.robots.last_accepted(self._s.db.read(), robot.id)
             floor, is_enough = self._floor_of_restored(highest)
             items = self._client.items_after(floor, self._read, highest, tokens=tokens)
-            if is_whole and (not is_enough or (last is not None and highest < last.queue_id)):  # that is no answer
+            if lists_all and (not is_enough or (last is not None and highest < last.queue_id)):  # that is no answer
                 log.info(
                     "%r does not show its newest items, so whether it has other starts of before the restore is not known",
                     robot.name,
@@ -219,7 +219,7 @@ class Duplicates:
         else:
             self._read = {}
             own = sorted((item for item in items if self._is_of_robot(item)), key=lambda item: item.id)
-            if is_whole:
+            if lists_all:
                 self._s.restored_starts.answer(robot, asked_at, own)
             else:
                 shows_since = self._s.clock.now() - timedelta(seconds=self._ended_is_shown_for)
@@ -300,9 +300,9 @@ class Duplicates:
             if is_here and row.queue_id == item.id and not was_given_up(row):
                 continue
             # Still looked for, and may end without having found it; or it can't be read yet.
-            if (is_here and row.state in NOT_WITH_THE_ROBOT) or (whole := self._whole(row, item)) is None:
+            if (is_here and row.state in NOT_WITH_THE_ROBOT) or (shown := self._in_full(row, item)) is None:
                 unsettled.add(row.token)
-            elif not (self._reconcile_item if is_here else self._item_elsewhere)(row, whole):
+            elif not (self._reconcile_item if is_here else self._item_elsewhere)(row, shown):
                 unsettled.add(row.token)  # met again before it begins
                 self.watch_from(row, item.id - 1)
         searched = max((item.id for item in newer), default=0)  # what is older has been seen
@@ -328,7 +328,7 @@ class Duplicates:
             return False
         return holder.is_any or row.queue_id == item.id
 
-    def _whole(self, row: Execution, item: QueueItem) -> QueueItem | None:
+    def _in_full(self, row: Execution, item: QueueItem) -> QueueItem | None:
         """Reads by number what the list may not show. None: it can't be read, and may be the row's own."""
         if item.state_text and item.id != row.queue_id:
             return item

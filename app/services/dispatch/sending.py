@@ -9,6 +9,11 @@ searched for its token (``_reconcile``). Found: it is accepted, nothing is sent 
 the attempt has failed, and is repeated within the window and the retry limit, unless the robot has said why it can't
 take it. If the robot can't be asked until the quiet time has passed and the window has closed, it ends as unknown, with
 an alarm (``_give_up``).
+
+A robot of a fleet is sent to through the fleet, in the same way: "the robot's queue" is the fleet's orders then. What the
+target can do decides how a start is found there (``Capabilities.find_by``): by its id, which is the token; by its token,
+whatever its number; or only by mission, user and number, which are read again just before the request (``_is_below``).
+A fleet that may have forgotten orders, or begun their numbers again, since a start was sent leaves it unknown.
 """
 
 from __future__ import annotations

@@ -157,6 +157,9 @@ def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
     item = any_robot.queue_item(number)
     assert (item.vehicle, item.vehicle_name) in [("1", "Aino"), ("2", "Veikko")]
     assert [item.id for item in any_robot.items_after(0)] == [number]
+    hall.run_until(any_robot, number, QueueState.DONE)
+    assert any_robot.open_items() == []
+    assert any_robot._followed == set(), "it doesn't grow for ever"
 
 
 def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_shown(hall: Hall) -> None:

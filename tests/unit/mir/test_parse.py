@@ -296,8 +296,8 @@ def test_an_answer_that_is_no_queue_item_is_unreadable(value: Any) -> None:
 
 
 def test_full_and_short_items_are_distinguished() -> None:
-    assert parse.is_whole_item(item())
-    assert not parse.is_whole_item(short(3))
+    assert parse.has_all_fields(item())
+    assert not parse.has_all_fields(short(3))
 
 
 # ---------------------------------------------------------------------- the rest
