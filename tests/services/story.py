@@ -350,11 +350,11 @@ def restored(s, *steps, behind=0.0):
 
 
 @step
-def copied(s):
-    """Another tablet has a copy of the data, on the same network, at the same time."""
+def copied(s, *, tablet="another one"):
+    """Another tablet, or a second app on the same one, has a copy of the data, on the same network, at the same time."""
     directory = s.directory.with_name(f"{s.directory.name} copied")
     copytree(s.directory, directory)
-    s.others.append(s.another_tablet(directory))
+    s.others.append(s.another_tablet(directory, tablet))
 
 
 @step

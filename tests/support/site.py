@@ -445,10 +445,10 @@ class Site:
         writing[0].execute(f"PRAGMA max_page_count = {writing[0].execute('PRAGMA page_count').fetchone()[0]}")
         return lambda: writing[0].execute("PRAGMA max_page_count = 1073741823").close()
 
-    def another_tablet(self, directory: Path) -> Site:
+    def another_tablet(self, directory: Path, tablet: str = "another one") -> Site:
         """A second tablet on the same network, with its own data directory. One clock serves both; each lives while it is ``run``."""
         other = Site.__new__(type(self))
-        other.__dict__.update(self.__dict__, tablet=f"{self.tablet}, another one")
+        other.__dict__.update(self.__dict__, tablet=tablet)
         other.directory, other._later, other._order = directory, [], itertools.count()
         other.switch_on()
         return other

@@ -191,7 +191,7 @@ class FrameController:
             case Act.TIME_ZONE:
                 self._ask_zone()
             case Act.WHOSE_PLAN:
-                self._shell.dialogs.choose(_("This data was copied from another tablet"), whose_plan(), self._decide)
+                self._shell.dialogs.choose(_("This data is a copy"), whose_plan(), self._decide)
 
     def _work(self, work: Callable[[], T], done: Callable[[T], object] | None = None) -> None:
         """In the background; its effect is published on the bus."""

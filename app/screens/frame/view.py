@@ -171,19 +171,19 @@ def zone_asked(names: Iterable[str], guess: str, now: datetime) -> tuple[str, li
 
 
 def whose_plan() -> list[Option]:
-    """The purpose of data copied from another tablet; the keys say whether it moves here."""
+    """The purpose of copied data; the keys say whether it moves here."""
     return [
         Option(
             True,
             _("It moves here"),
             "tablet-dashboard",
-            _("The other tablet is off. This one starts all missions from now on."),
+            _("The other one is off. This one starts all missions from now on."),
         ),
         Option(
             False,
             _("It is only looked at"),
             "eye-outline",
-            _("The other tablet continues. Nothing is ever sent from here."),
+            _("The other one continues. Nothing is ever sent from here."),
         ),
     ]
 

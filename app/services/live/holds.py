@@ -41,11 +41,9 @@ class Holds:
             self._stored = self._repository.all(self._db.read())
 
     def check_is_no_copy(self) -> None:
-        """Raises InvalidInput where the data was copied from another tablet."""
+        """Raises InvalidInput where the data is a copy."""
         if self.is_copy is not None:
-            raise InvalidInput(
-                "robot", "this data was copied from another tablet: nothing is sent from here before it moves here"
-            )
+            raise InvalidInput("robot", "this data is a copy: nothing is sent from here before it moves here")
 
     def active(self, robot_id: int | None = None) -> Hold | None:
         """The hold that applies to this robot now (None: the one of all robots)."""

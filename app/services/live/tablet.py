@@ -1,31 +1,33 @@
-"""The machine of a data directory. On another machine it is a copy, which sends nothing until a person has decided its
-purpose."""
+"""The machine of a data directory, and its place there. On another machine, or in another place, it is a copy, which sends
+nothing until a person has decided its purpose."""
 
 from __future__ import annotations
 
 import logging
+import os
 import sqlite3
 import uuid
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
+from typing import Any
 
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.message import message
+from app.domain.message import Message, message
 from app.domain.models import Execution
 from app.services.live.holds import Holds
 from app.services.live.windows import registry_value
 
 log = logging.getLogger(__name__)
 
-MACHINE, MOVED, LOOKED_AT = "machine", "moved", "looked_at_on"  # names in the settings
+MACHINE, PLACE, MOVED, LOOKED_AT = "machine", "place", "moved", "looked_at_on"  # names in the settings
 MACHINE_IDS = "/etc/machine-id", "/var/lib/dbus/machine-id"
 IS_COPY = message("this data was copied from another tablet: say whether it moves here or is only looked at")
-IS_VIEW_ONLY = message("this data is only looked at here, another tablet starts its missions")
+IS_VIEW_ONLY = message("this data is only looked at here, another copy of it starts its missions")
 
 
 @dataclass(frozen=True)
@@ -59,15 +61,29 @@ def _content(path: str) -> str:
         return ""
 
 
+def place_of(directory: Path) -> dict[str, Any]:
+    """Its path, and its number in its file system, which it keeps when it is renamed."""
+    return {"path": os.path.normcase(directory.resolve()), "number": directory.stat().st_ino}
+
+
+def _is_same(stored: Mapping[str, Any] | None, now: Mapping[str, Any]) -> bool:
+    """Whether data that were in the first place are now in the second, and not in both. Not all file systems keep numbers,
+    and none gives them only once."""
+    if stored is None or stored["path"] == now["path"]:  # earlier versions know none
+        return True
+    return bool(now["number"]) and stored["number"] == now["number"] and not os.path.lexists(stored["path"])
+
+
 class Tablet:
     def __init__(self, db: Database, clock: Clock, holds: Holds, machine: str | None) -> None:
         self._db, self._settings = db, SettingsRepository()
-        self._clock, self._holds, self._machine = clock, holds, machine
+        self._clock, self._holds, self._machine, self._place = clock, holds, machine, place_of(db.path.parent)
         self.move: Move | None = None
         self.has_no_network = False  # by tablet_troubles: no robot can be reached, whichever
 
     def begin(self) -> None:
-        """At the start: a directory that no machine has yet becomes this one's; a copy is held."""
+        """At the start: a directory that no machine has yet becomes this one's; a copy is held. One that was renamed, or
+        restored in its place, is none."""
         c = self._db.read()
         stored = {name: self._settings.get(c, name) for name in (MACHINE, LOOKED_AT)}
         names = [name for name, value in stored.items() if self._is_my_network(value)]
@@ -76,7 +92,9 @@ class Tablet:
         if names and self._machine is not None:
             self._db.write(lambda c: self._put_machine(c, names))
         if self.is_copy:
-            log.warning("This data directory was copied from another tablet: nothing is sent from here")
+            log.warning("This data directory is a copy: nothing is sent from here")
+        elif self._settings.get(c, PLACE) != self._place:
+            self._db.write(lambda c: self._settings.put(c, PLACE, self._place))
         self._judge()
 
     def _is_my_network(self, stored: object) -> bool:
@@ -90,14 +108,23 @@ class Tablet:
     def _judge(self) -> None:
         c = self._db.read()
         self.move = stored_move(self._settings, c)
-        why = IS_VIEW_ONLY if self._settings.get(c, LOOKED_AT) == self._machine else IS_COPY
+        why: Message = IS_COPY
+        if self._settings.get(c, LOOKED_AT) == self._machine:
+            why = IS_VIEW_ONLY
+        elif self._settings.get(c, MACHINE) == self._machine:
+            before = self._settings.get(c, PLACE) or self._place
+            why = message(
+                "this data was copied from {directory}: say whether it moves here or is only looked at",
+                directory=before["path"],
+            )
         self._holds.is_copy = why if self.is_copy else None
         self._holds.announce()
 
     @property
     def is_copy(self) -> bool:
-        home = self._settings.get(self._db.read(), MACHINE)
-        return None not in (home, self._machine) and home != self._machine
+        c = self._db.read()
+        home, place = self._settings.get(c, MACHINE), self._settings.get(c, PLACE)
+        return None not in (home, self._machine) and (home != self._machine or not _is_same(place, self._place))
 
     def move_here(self) -> bool:
         """The old tablet is off: its starts are looked for by its tokens, and this one makes its own tokens from now
@@ -110,6 +137,7 @@ class Tablet:
             self._settings.put(c, MOVED, {"at": now.isoformat(), "old_install_id": old})
             self._settings.put(c, "install_id", str(uuid.uuid4()))
             self._settings.put(c, MACHINE, self._machine)
+            self._settings.put(c, PLACE, self._place)
 
         self._db.write(work)
         self._judge()

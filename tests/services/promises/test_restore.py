@@ -8,6 +8,7 @@ from app.screens.frame.facts import late_starts
 from app.screens.frame.view import counting_down
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
+from tests.support.site import Site
 
 ONCE = true(lambda s: len(s.network.posts()) == 1)
 TEN_OLDEST = do(lambda s: setattr(s.network, "short_lists", 10))
@@ -200,6 +201,10 @@ test_copied_to_another_tablet = cases_of(
         [plan(), 30, copied(), on_copy(420, true(lambda s: s.container.tablet.is_copy), states(WAITING)), sent()],
     ),
     Story(
+        "a second app on the same tablet sends nothing either",
+        [plan(), 30, copied(tablet=Site.tablet), on_both(420), items("Done"), on_copy(states(WAITING)), ends(DONE)],
+    ),
+    Story(
         "moved here, the old tokens are looked for and new ones used",
         [
             plan(every=10),
@@ -240,7 +245,7 @@ test_copied_to_another_tablet = cases_of(
         "a Run now on it is refused and says why",
         [plan(), 30, copied()],
         each([], on_copy(VIEW_ONLY)),
-        on_copy(refused(run_now(), "another tablet"), states()),
+        on_copy(refused(run_now(), "is a copy"), states()),
     ),
 )
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import uuid
+from contextlib import closing
+from pathlib import Path
+from shutil import copytree, rmtree
 
 import pytest
 
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
+from app.domain.message import render
 from app.services.live import tablet
 from app.services.live.tablet import LOOKED_AT, MACHINE, Tablet, machine_id
 from app.services.live.windows import drives, registry_value
@@ -90,6 +94,54 @@ def test_data_of_another_adapter_are_a_copy(db):
 @pytest.mark.parametrize("machine", [None, OF_ADAPTER])
 def test_a_machine_that_has_nothing_better_keeps_its_network(db, machine):
     assert begun(db, machine, machine=OF_ADAPTER) == {"machine": OF_ADAPTER, "looked_at": None, "is_copy": False}
+
+
+def place(directory) -> Path:
+    """Data that were used there."""
+    directory.mkdir()
+    with closing(opened(directory)) as db:
+        assert not begun(db, "guid")["is_copy"]
+    return directory
+
+
+def opened(directory) -> Database:
+    return Database.open(directory / "a.db", clock=VirtualClock(), threaded=False, durable=False)
+
+
+def is_copy(directory) -> bool:
+    with closing(opened(directory)) as db:
+        return bool(begun(db, "guid")["is_copy"])
+
+
+def test_a_second_copy_of_the_data_on_this_machine_is_a_copy(tmp_path):
+    first = place(tmp_path / "first")
+    second = copytree(first, tmp_path / "second")
+    assert [is_copy(first), is_copy(second)] == [False, True]
+    with closing(opened(second)) as db:
+        holds = NoHolds()
+        found = Tablet(db, VirtualClock(), holds, "guid")
+        found.begin()
+        assert render(holds.is_copy).startswith(f"this data was copied from {first}: say whether it moves here")
+        found.move_here()
+        assert holds.is_copy is None
+    assert not is_copy(second)
+    rmtree(first)
+    assert is_copy(copytree(second, first))
+
+
+def test_data_whose_directory_was_renamed_or_restored_are_no_copy(tmp_path):
+    first = place(tmp_path / "first")
+    second = first.rename(tmp_path / "second")
+    assert not is_copy(second)
+    copytree(second, tmp_path / "kept")
+    rmtree(second)
+    assert not is_copy(copytree(tmp_path / "kept", second))
+
+
+def test_a_number_that_two_file_systems_have_given_proves_nothing(tmp_path, monkeypatch):
+    first = place(tmp_path / "first")
+    monkeypatch.setattr(tablet, "place_of", lambda found: {"path": str(found), "number": first.stat().st_ino})
+    assert is_copy(copytree(first, tmp_path / "second"))
 
 
 def test_other_systems_have_no_registry_and_no_drives(monkeypatch):
