@@ -89,7 +89,7 @@ def before(studio):
 @picture("check-up-trial", sizes=EVERY_SIZE)
 def trial(studio):
     plant = Checked(studio)
-    plant.opened(studio).choose_trial(True)
+    plant.opened(studio).choose(wants_trial=True)
     return plant.settle(studio)
 
 
@@ -102,7 +102,7 @@ def long_name(studio):
             catalogue.robots()[0], name="Aino of the goods receiving department, hall 2, between the docks 14 and 17"
         )
     )
-    plant.opened(studio, catalogue.robots()[0].name).choose_trial(True)
+    plant.opened(studio, catalogue.robots()[0].name).choose(wants_trial=True)
     return plant.settle(studio)
 
 
@@ -111,7 +111,7 @@ def refused(studio):
     plant = Checked(studio)
     plant.clock.advance((plant.container.catalogue.schedules()[0].next_at - NOW).total_seconds() - 120)
     check_up = plant.opened(studio)
-    check_up.choose_trial(True)
+    check_up.choose(wants_trial=True)
     plant.settle(studio)
     check_up.begin()
     return plant.settle(studio)
@@ -121,7 +121,7 @@ def refused(studio):
 def running(studio):
     plant = Checked(studio)
     check_up = plant.opened(studio)
-    check_up.choose_trial(True)
+    check_up.choose(wants_trial=True)
     plant.settle(studio)
     check_up.part = "CheckUpRunning"
     check_up._progress = Progress(message("Measuring how fast it answers"), 35.0, length_s(Trial()))

@@ -70,7 +70,7 @@ def check_up(page, facts):
     page.context.shell.sheets.top.check_up()
     card = page.context.shell.sheets.top.vm
     card.mission, card.vehicle = "Home", "MiR 7"
-    card.choose_trial(True)
+    card.choose(wants_trial=True)
 
 
 def robot(page, facts):

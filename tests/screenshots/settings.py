@@ -160,7 +160,7 @@ class Plant:
         screen.shown(section=section, **intent)
         studio.driver.wait(lambda: self.shell.background.idle and not screen.vm._waiting)
         if section == "about":
-            screen.page.vm.directory = f"{HOME}/.local/share/amr-scheduler"
+            screen.page.directory = f"{HOME}/.local/share/amr-scheduler"
         studio.driver.advance(0.2)
         return screen
 

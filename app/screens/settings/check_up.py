@@ -130,14 +130,14 @@ class CheckUp(EventDispatcher):
             self.stop()
         elif self._was_heard:
             self.run_again()
-            self.choose_trial(True)
+            self.choose(wants_trial=True)
         else:
             self.press_other()
 
     def press_other(self) -> None:
         """The button next to it."""
         if self.part == "CheckUpBefore":
-            self.choose_trial(not self.wants_trial)
+            self.choose(wants_trial=not self.wants_trial)
         else:
             self.run_again()
             self.begin()
@@ -163,51 +163,53 @@ class CheckUp(EventDispatcher):
         self.mission, self.vehicle = view.OFFERED, ""
         self._announce()
 
-    def choose_trial(self, wanted: bool) -> None:
-        self.wants_trial, self.outcome = wanted, NoticeView()
+    def choose(self, **values: Any) -> None:
+        """Whether it tries a mission, which one, and of a fleet with which robot."""
+        for name, value in values.items():
+            setattr(self, name, value)
+        self.outcome = NoticeView()
         self._announce()
 
     def pick_mission(self) -> None:
         """Ask the robot or the fleet for its own."""
         check_ups, target = self._service, self._target
 
-        def choose(names: Sequence[str]) -> None:
-            options = view.mission_options(names, of_fleet=self.of_fleet)
-            self._choose(_("Mission"), options, self._chosen, self.mission)
+        def options(names: Sequence[str]) -> list[Option]:
+            return view.mission_options(names, of_fleet=self.of_fleet)
 
-        self._ask(lambda: check_ups.harmless_missions(target.id), choose)
+        self._pick("mission", _("Mission"), lambda: check_ups.harmless_missions(target.id), options)
 
     def pick_vehicle(self) -> None:
         """Ask the fleet for its robots."""
         fleets, fleet = self._context.services.fleet_check_ups, self._target
 
-        def choose(names: Sequence[str]) -> None:
-            options = [Option(name, name, "robot-outline") for name in names]
-            self._choose(_("Robot"), options, self._chosen_vehicle, self.vehicle)
+        def options(names: Sequence[str]) -> list[Option]:
+            return [Option(name, name, "robot-outline") for name in names]
 
-        self._ask(lambda: fleets.robots(fleet.id), choose)
+        self._pick("vehicle", _("Robot"), lambda: fleets.robots(fleet.id), options)
 
-    def _ask(self, work: Callable[[], Sequence[str]], choose: Callable[[Sequence[str]], None]) -> None:
+    def _pick(
+        self, what: str, title: str, ask: Callable[[], Sequence[str]], options: Callable[[Sequence[str]], list[Option]]
+    ) -> None:
         if self.asking_missions:
             return
         self.asking_missions, self.outcome = True, asking_robot()
-        self._context.run(work, choose, self._not_asked)
 
-    def _choose(self, title: str, options: Sequence[Option], chosen: Callable[[Any], None], selected: str) -> None:
-        self.asking_missions, self.outcome = False, NoticeView()
-        if self._is_seen:
-            self._context.shell.dialogs.choose(title, options, chosen, selected=selected)
+        def found(names: Sequence[str]) -> None:
+            self.asking_missions, self.outcome = False, NoticeView()
+            if self._is_seen:
+                self._context.shell.dialogs.choose(
+                    title, options(names), lambda key: self.choose(**{what: key}), selected=getattr(self, what)
+                )
 
-    def _not_asked(self, problem: BaseException) -> None:
-        self.asking_missions, self.outcome = False, view.refused(problem)
+        def failed(problem: BaseException) -> None:
+            self.asking_missions = False
+            self._not_now(problem)
 
-    def _chosen(self, mission: str) -> None:
-        self.mission, self.outcome = mission, NoticeView()
-        self._announce()
+        self._context.run(ask, found, failed)
 
-    def _chosen_vehicle(self, name: str) -> None:
-        self.vehicle, self.outcome = name, NoticeView()
-        self._announce()
+    def _not_now(self, problem: BaseException) -> None:
+        self.outcome = view.refused(problem)
 
     @property
     def _trial(self) -> Trial | None:
@@ -220,16 +222,14 @@ class CheckUp(EventDispatcher):
         self.mission_word = self.mission if self.of_fleet else view.mission_word(self.mission)
         self.will_do, self.can_begin = "", trial is None
         if trial is not None and (not self.of_fleet or (trial.mission and trial.robot)):
+
+            def announced(says: Message) -> None:
+                if self.wants_trial:
+                    self.will_do, self.can_begin = words_of(says), True
+
             self._context.run(
-                lambda: check_ups.moves(target.id, trial), self._announced, self._not_announced, key=("check-up", self)
+                lambda: check_ups.moves(target.id, trial), announced, self._not_now, key=("check-up", self)
             )
-
-    def _announced(self, says: Message) -> None:
-        if self.wants_trial:
-            self.will_do, self.can_begin = words_of(says), True
-
-    def _not_announced(self, problem: BaseException) -> None:
-        self.outcome = view.refused(problem)
 
     # ------------------------------------------------------------------ while it runs
     def begin(self) -> None:
@@ -321,26 +321,22 @@ class CheckUp(EventDispatcher):
 
     def _save(self, ending: str) -> None:
         """Ask for a place, write a file there and show its path."""
-        report, zone, files = self._report, self._zone, self._context.services.files
+        report, zone, context = self._report, self._zone, self._context
         if report is None:
             return
-        text = {".html": check_up_page.page, ".json": document}[ending]
-        choose_place(
-            self._context.shell,
-            files,
-            lambda directory: self._write(
-                lambda: files.write_text(text(report, zone), f"check-up {report.robot}", ending, directory)
-            ),
-        )
+        text, files = {".html": check_up_page.page, ".json": document}[ending], context.services.files
 
-    def _write(self, work: Callable[[], Path]) -> None:
         def written(path: Path) -> None:
             self.outcome = done(_("Written, without passwords"), str(path))
 
         def failed(problem: BaseException) -> None:
             self.outcome = went_wrong(problem)
 
-        self._context.run(work, written, failed)
+        def write(directory: Path) -> None:
+            name = f"check-up {report.robot}"
+            context.run(lambda: files.write_text(text(report, zone), name, ending, directory), written, failed)
+
+        choose_place(context.shell, files, write)
 
 
 class CheckUpSheet(SettingsSheet):

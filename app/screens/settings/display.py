@@ -5,7 +5,6 @@ from __future__ import annotations
 from datetime import time
 from typing import Any
 
-from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import FONT_SCALES, Settings
@@ -29,7 +28,7 @@ def hours() -> list[Option]:
     return [Option(number, hour(number)) for number in range(24)]
 
 
-class DisplayModel(EventDispatcher):
+class DisplayPage(SettingsPage):
     settings = ObjectProperty(Settings(), rebind=True)
     themes = ListProperty()
     languages = ListProperty()
@@ -41,32 +40,27 @@ class DisplayModel(EventDispatcher):
     dim_until = StringProperty()
     has_pin = BooleanProperty(False)
 
-
-class DisplayPage(SettingsPage):
-    Model = DisplayModel
-
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self.vm.languages = [(language, formats.language_name(language)) for language in languages()]
+        self.languages = [(language, formats.language_name(language)) for language in languages()]
 
     def show(self) -> None:
-        vm = self.vm
-        vm.settings = settings = self.context.facts.settings
-        vm.themes, vm.keyboards = list(theme_names().items()), list(keyboard_words().items())
-        vm.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
+        self.settings = settings = self.context.facts.settings
+        self.themes, self.keyboards = list(theme_names().items()), list(keyboard_words().items())
+        self.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
         loudspeaker = self.context.shell.loudspeaker
-        vm.has_sound = loudspeaker is not None and loudspeaker.exists
-        vm.alarm_sound = settings.alarm_sound and vm.has_sound
-        vm.dim_from = _("Never") if settings.dim_from is None else hour(settings.dim_from)
-        vm.dim_until = hour(settings.dim_until)
-        vm.has_pin = self.context.services.access.is_set()
+        self.has_sound = loudspeaker is not None and loudspeaker.exists
+        self.alarm_sound = settings.alarm_sound and self.has_sound
+        self.dim_from = _("Never") if settings.dim_from is None else hour(settings.dim_from)
+        self.dim_until = hour(settings.dim_until)
+        self.has_pin = self.context.services.access.is_set()
 
     def set(self, name: str, value: Any) -> None:
         self.context.save(**{name: value})
 
     def pick_dim_from(self) -> None:
         """None, for never, can't be the key of an option."""
-        begins = self.vm.settings.dim_from
+        begins = self.settings.dim_from
         self.context.shell.dialogs.choose(
             _("Dim the screen from"),
             [Option(NEVER, _("Never")), *hours()],
@@ -79,7 +73,7 @@ class DisplayPage(SettingsPage):
             _("Bright again from"),
             hours(),
             lambda chosen: self.set("dim_until", chosen),
-            selected=self.vm.settings.dim_until,
+            selected=self.settings.dim_until,
         )
 
     def set_alarm_sound(self, on: bool) -> None:

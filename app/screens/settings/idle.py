@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
 from app.domain.models import Connection, IdleRule, Robot
@@ -18,10 +17,6 @@ from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.settings.missions_view import idle_items, idle_mission, mission_options
 from app.screens.settings.page import PageContext, SettingsPage
 from app.widgets.sheet import Sheet
-
-
-class IdleModel(EventDispatcher):
-    items = ListProperty()
 
 
 class IdleSheet(Sheet):
@@ -36,7 +31,7 @@ class IdleSheet(Sheet):
 
 
 class IdlePage(SettingsPage):
-    Model = IdleModel
+    items = ListProperty()
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -49,7 +44,7 @@ class IdlePage(SettingsPage):
         read = {robot.id: robot.idle.after_minutes for robot in facts.robots if robot.idle is not None}
         self._minutes = {key: minutes for key, minutes in self._minutes.items() if read.get(key) != minutes}
         minutes = {**read, **self._minutes}
-        self.vm.items = idle_items(facts, minutes, self._problems, robot.id if robot else None)
+        self.items = idle_items(facts, minutes, self._problems, robot.id if robot else None)
         if robot is not None and sheet is not None:
             sheet.title, sheet.mission, sheet.has_rule = robot.name, idle_mission(facts, robot), robot.idle is not None
             sheet.minutes, sheet.problem = (

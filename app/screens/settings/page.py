@@ -11,12 +11,13 @@ from zoneinfo import ZoneInfo
 
 from kivy.clock import Clock
 from kivy.event import EventDispatcher
-from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, DictProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.database.errors import DatabaseError
-from app.domain.models import InvalidInput
+from app.domain.models import InvalidInput, Settings
 from app.mir.errors import RobotError
+from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.common.threads import Job
 from app.screens.settings.facts import SettingsFacts, SettingsServices
@@ -215,7 +216,6 @@ class SettingsPage(BoxLayout):
 
     def show(self) -> None:
         """Show the facts of the context; called once a second and after every change."""
-        raise NotImplementedError
 
     @property
     def parts(self) -> Sequence[tuple[str, str]]:
@@ -238,6 +238,32 @@ class SettingsPage(BoxLayout):
 
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""
+
+
+class ValuesPage(SettingsPage):
+    """Some of the ``settings``; ``problems`` says by their names why one was not saved."""
+
+    settings = ObjectProperty(Settings(), rebind=True)
+    problems = DictProperty(rebind=True)
+
+    def show(self) -> None:
+        self.settings = self.context.facts.settings
+
+    def reached(self, **intent: Any) -> None:
+        self.problems = {}
+
+    def step(self, name: str, value: Any) -> None:
+        """Save it when its steps have ended."""
+        self.context.save_at_rest(name, lambda: self.set(name, value))
+
+    def set(self, name: str, value: Any) -> None:
+        """Save it at once."""
+        self.context.pass_over(name)
+        self.problems.pop(name, None)
+        self.context.save(lambda problem: self.refuse(name, problem), **{name: value})
+
+    def refuse(self, name: str, problem: BaseException) -> None:
+        self.problems[name] = sentence_of(problem)
 
 
 class SwitchRow(BoxLayout):
