@@ -5,10 +5,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import timedelta
+from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import ANY_VEHICLE, ReasonCode, Robot, Schedule, State
+from app.domain.models import ANY_VEHICLE, Fleet, ReasonCode, Robot, Schedule, State
+from app.mir.classic_vehicle import OF_A_VEHICLE
+from app.services.dispatch.observation import Observation
 from mir_sim.fleets.orders import OrderState
 from tests.support.network import Fate
 from tests.support.site import GUIDS, USER, Site
@@ -59,6 +62,20 @@ def lose_the_answer(site, restarts=True, after=lambda: None):
         site.fleet.book.forget_waiting(reuse_numbers=True)
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.network.submitted = lambda _one: site.at(1.0, after)
+
+
+@pytest.mark.parametrize(("answers", "has_begun_again"), [((104, 105), False), ((104, 3), True)])
+def test_an_answer_of_a_moment_ago_is_no_new_beginning(answers, has_begun_again):
+    """All workers of a fleet share one for a second; a search may have shown a higher number since."""
+    asked, clock = iter(answers), SimpleNamespace(monotonic=lambda: 7.0, now=lambda: None)
+    client = SimpleNamespace(highest_queue_id=lambda: next(asked), capabilities=OF_A_VEHICLE)
+    robot = Robot("Aino", "", fleet=Fleet("Hall", "http://hall"), vehicle="1")
+    seen = Observation(robot, client, SimpleNamespace(clock=clock))
+    seen.highest = 103
+    seen.saw_id(105)
+    for _ in answers:
+        seen.read_highest()
+    assert (seen.began_again_at == 7.0) is has_begun_again
 
 
 def forget_descriptions(site):

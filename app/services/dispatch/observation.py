@@ -55,6 +55,7 @@ class Observation:
         self.clock: ClockReading | None = None
         self.gives_time = True  # as far as is known; robots behind some proxies don't
         self.highest: int | None = None  # queue id seen
+        self._highest_answer = 0  # the last; what a search has shown since may be higher
         self.began_again_at = -math.inf  # when a fleet's highest id was seen to be lower than before; monotonic
         self.newest: int | None = None  # of a fleet's robot: id of its own newest order, as fleets count for all
         self.user_name = ""  # who we are to the robot, once it has been asked
@@ -99,11 +100,11 @@ class Observation:
         return self.highest if self.robot.fleet is None else self.newest
 
     def read_highest(self, floor: int = 0) -> int:
-        """The highest queue id. Lower than an earlier one, as the ``floor``: the fleet has begun its numbers again."""
+        """The highest queue id. Lower than the last answer or the ``floor``: the fleet has begun its numbers again."""
         highest = self._client.highest_queue_id() or 0
-        if self.robot.fleet is not None and highest < max(self.highest or 0, floor):
+        if self.robot.fleet is not None and highest < max(self._highest_answer, floor):
             self.began_again_at = self._s.clock.monotonic()
-        self.highest = highest
+        self.highest = self._highest_answer = highest
         return highest
 
     def saw_id(self, queue_id: int) -> None:
