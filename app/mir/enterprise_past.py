@@ -13,7 +13,7 @@ from app.domain.robot import QueueState
 from app.mir import enterprise_vocabulary as words
 from app.mir import parse
 from app.mir.credentials import Token
-from app.mir.errors import Unreadable
+from app.mir.errors import Ambiguous
 from app.mir.fleet_connection import FRESH, Notes
 
 MOST_REMEMBERED = 500  # orders
@@ -115,11 +115,11 @@ class PastOrders:
 
     def find(self, token: str, vehicle: str) -> parse.Object | None:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
-        Unreadable if several may be meant."""
+        Ambiguous if several may be meant."""
         rows, known, sent = {_id(row): row for row in self.rows()}, self._notes.phases, self._notes.sent.get(token)
         if known.get(token) not in rows and sent is not None and self._clock() - sent.at > LISTED_FOR:
             if sent.date is None:
-                raise Unreadable(problem=message("what has ended more than an hour ago can't be told"))
+                raise Ambiguous(problem=message("what has ended more than an hour ago can't be told"))
             rows |= {_id(row): row for row in self._ask_since(sent.date - CLOCK_STEPS)}
         if token in known:
             return rows.get(known[token])
@@ -129,10 +129,10 @@ class PastOrders:
         if not free:
             return None
         if sent is None or len(free) > 1:
-            raise Unreadable(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
+            raise Ambiguous(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
         ((phase_id, row),) = free.items()
         if not own or _key(row) != own:
-            raise Unreadable(problem=message("whether an ended order is the app's can't be told"))
+            raise Ambiguous(problem=message("whether an ended order is the app's can't be told"))
         self.remember(token, phase_id)
         return row
 

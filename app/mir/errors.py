@@ -64,6 +64,7 @@ SENTENCES: Mapping[str, str] = {
     "not_in_fleet": "the fleet at {address} doesn't have this robot any more",
     "not_shown_yet": "{address} took the mission, but doesn't show it yet",
     "old_fleet": "the fleet at {address} has software {version}: the app needs {least} or later",
+    "ambiguous": "{address} does not show what became of it: {problem}",
     "unreadable": "{address} gave an answer that can't be read: {problem}",
     "unnumbered": "{address} took the mission, but didn't say under which number",
     "too_long": "{address} gave an answer longer than {limit} MiB, or in too many pieces",
@@ -258,6 +259,12 @@ class Unreadable(RobotError):
     """The answer is not what this call's answer has to be: not JSON, wrong shape, too long."""
 
     code = "unreadable"
+
+
+class Ambiguous(Unreadable):
+    """What is looked for may be one of several, or somebody else's; asking again does not help."""
+
+    code = "ambiguous"
 
 
 class Unnumbered(Unreadable):

@@ -280,3 +280,28 @@ def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehi
         assert sentence(site.executions()[0].reason, "UTC").endswith(
             "no user of its own at the fleet Fleet, so another could get it"
         )
+
+
+@pytest.mark.parametrize("window", [60, 600])
+def test_what_ended_while_the_app_was_off_is_soon_given_up_where_it_can_not_be_found(tmp_path, window):
+    """By software before 1.5. Its answer was lost, and the app was killed."""
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, version="1.4.2")
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    planned(site, robot, window)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(list(site.fleet.phases())) == 1)
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(300)
+    site.switch_on()
+    site.run(300)
+    (row,) = site.executions()
+    assert (row.state, row.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+    assert sentence(row.reason, "UTC").endswith(
+        "does not show what became of it: which of 1 ended orders is meant can't be told"
+    )
+    assert not any(alarm.code == "not_a_robot" for alarm in site.container.alarms.open())
+    site.switch_off()

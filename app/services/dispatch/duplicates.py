@@ -17,7 +17,7 @@ from app.domain.clock import EARLIEST
 from app.domain.message import Message, message
 from app.domain.models import ANY_VEHICLE, Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
-from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
+from app.mir.errors import Ambiguous, Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
@@ -352,6 +352,8 @@ class Duplicates:
         now = self._s.clock.now()
         try:
             newer = self._client.items_after(self._lowest(floors), tokens=floors) if floors else []
+        except Ambiguous:  # those that may still run are among the open ones
+            newer = []
         except RobotError:
             self._unsearched_since = min(self._unsearched_since, mono)
             if mono - self._unsearched_since >= UNSEARCHED_AT_MOST:

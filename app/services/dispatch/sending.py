@@ -34,7 +34,7 @@ from app.domain.choice import may_change_robot
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
-from app.mir.errors import AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
+from app.mir.errors import Ambiguous, AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
 from app.mir.target import Target
 from app.services.allocation.situation import Ineligible
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, answer_in_doubt, intent_of, refusal, tried_here
@@ -474,7 +474,7 @@ class Sending:
                 self._give_up(row, problem)
                 return
         except RobotError as error:
-            if quiet_left <= 0 and is_closed:
+            if quiet_left <= 0 and (is_closed or isinstance(error, Ambiguous)):
                 self._give_up(row, error.message)
             else:
                 attempt.wake_at = self._clock.monotonic() + 2 * RECONCILE_EVERY
