@@ -467,7 +467,7 @@ class Execution:
 
     @property
     def ran_on(self) -> str:
-        """Its robot, and of any robot of a fleet which one it was: "Any of Hall (Bella)"; "" without one."""
+        """Its robot, and of any robot of a fleet which one it was: "Hall 2 (Bella)"; "" without one."""
         return f"{self.robot} ({self.taken_by})" if self.taken_by else self.robot
 
     @property

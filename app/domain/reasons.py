@@ -50,6 +50,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
         ),
         ReasonCode.REFUSED: ((("problem",), "The robot refused it: {problem}"), ((), "The robot refused it")),
         ReasonCode.WRONG_ROBOT: (
+            (("fleet", "found", "expected"), "Another fleet answered at this address: {found} instead of {expected}"),
             (
                 ("found", "expected"),
                 "Another robot answered at this address: serial number {found} instead of {expected}",
@@ -57,6 +58,7 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
             ((), "Another robot answered at this address"),
         ),
         ReasonCode.VANISHED: (
+            (("fleet",), "The fleet no longer has this order"),
             (("queue_id",), "The robot no longer has queue item {queue_id}"),
             ((), "It is no longer in the robot's queue"),
         ),

@@ -15,7 +15,7 @@ from tests.screenshots.settings import EVERY_SIZE, Plant
 
 MODEL = "MiR250"
 VEHICLES = [
-    Vehicle(ANY_VEHICLE, "Any of Hall 2"),
+    Vehicle(ANY_VEHICLE, "Hall 2"),
     Vehicle("7", "MiR 7", "202106004471", MODEL, "10.40.13.7"),
     Vehicle("8", "MiR 8", "202106004502", MODEL, "10.40.13.8"),
     Vehicle("9", "MiR 9", "202106004519", MODEL, "10.40.13.9"),

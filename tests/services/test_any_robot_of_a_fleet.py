@@ -15,7 +15,7 @@ from app.database.backups import back_up, restore
 from app.database.fleets import FleetRepository
 from app.database.robots import Accepted, RobotRepository
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Connection, Fleet, Group, ReasonCode, Robot, Schedule, State, Wait
+from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
@@ -231,21 +231,6 @@ def test_what_another_user_cancels_at_the_fleet_is_cancelled_before_it_began(sit
         ReasonCode.ROBOT_ABORTED if runs else ReasonCode.USER_CANCELLED,
         {"fleet": True},
     )
-
-
-def test_a_silent_fleet_differs_from_a_robot_that_it_has_lost(site):
-    named = site.container.catalogue.save_robot(Robot("R1", "", fleet=site.hall, vehicle=site._vehicle_ids["R1"]))
-    either = add(site, ANY_VEHICLE)
-    site.run(10)
-    site.fleet.cut_off({"R1"})
-    site.run(120)
-    snapshots = site.container.snapshots
-    assert (snapshots.get(named.id).connection, snapshots.get(named.id).fleet_failed) == (Connection.UNREACHABLE, False)
-    assert snapshots.get(either.id).connection is Connection.CONNECTED
-    site.fleet.restart(300)
-    site.run(120)
-    assert [snapshots.get(robot.id).fleet_failed for robot in (either, named)] == [True, True]
-    assert [alarm.details.get("fleet") for alarm in site.container.alarms.open()] == [site.hall.name, None]
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def outage(count: int) -> HomeFacts:
 
 
 HALL_2 = Fleet("Hall 2", "http://10.40.12.5", id=3)
-ANY = Robot("Any of Hall 2", "", id=10, vehicle=ANY_VEHICLE).within(HALL_2)
+ANY = Robot("Hall 2", "", id=10, vehicle=ANY_VEHICLE).within(HALL_2)
 
 
 def of_fleet(*statuses: RobotStatus, silent: bool = False) -> HomeFacts:

@@ -126,6 +126,12 @@ def count_words(group: Group, n: int) -> str:
     }[group].format(n=n)
 
 
+def robots_in_words(robots: Iterable[Robot]) -> str:
+    """How many: what stands for any robot of a fleet is none."""
+    n = sum(not robot.is_any for robot in robots)
+    return ngettext("{n} robot", "{n} robots", n).format(n=n)
+
+
 def free_words(
     either: Robot,
     robots: Iterable[Robot],

@@ -10,7 +10,7 @@ from functools import cached_property
 from app.database.robots import Hold
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings
+from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings, State
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
 from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
@@ -175,6 +175,12 @@ class HomeFacts:
         """The app's starts that are not in the queue as last read: waiting here, just sent, or just ended."""
         found = {ours.id for item in self.snapshot.queue if (ours := self.execution_of(item))}
         return tuple(e for e in self.open_here if e.id not in found)
+
+    def is_missing(self, run: Execution) -> bool:
+        """Whether it runs, and the selected robot's queue, which was read since, does not have it."""
+        read_at, sent_at = self.snapshot.queue_read_at, run.submitted_at
+        is_read = read_at is not None and sent_at is not None and sent_at < read_at
+        return is_read and run.state is State.EXECUTING and run in self.not_in_queue
 
     def guid_of(self, item: QueueItem) -> str:
         """Of its mission, "" if the robot gives none."""

@@ -24,7 +24,7 @@ from app.screens.common.robot_appearance import (
     state_appearance,
     trouble_of,
 )
-from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of
+from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of, robots_in_words
 from app.screens.common.robot_texts import Problem, problem_of_status
 from app.widgets.items import Action, Item
 
@@ -265,7 +265,7 @@ def _names(looks: Sequence[Look]) -> str:
     """Their common beginning is said once: "Robot 9, 23, 40"."""
     names = [each.robot.name for each in looks]
     if len(names) > NAMED_UP_TO:
-        return robots_in_words(looks)
+        return robots_in_words(each.robot for each in looks)
     head, _space, number = names[0].rpartition(" ")
     beginning = f"{head} "
     if head and number.isdigit() and all(name.startswith(beginning) for name in names):
@@ -306,7 +306,7 @@ def pane_of(same: Sequence[Look], at: str) -> Pane:
     first = same[0]
     if first.fleet is not None:
         return Pane(first.fleet.name, first.problem, listed(same), True)
-    title = _("{problem}: {robots}").format(problem=first.problem, robots=robots_in_words(same))
+    title = _("{problem}: {robots}").format(problem=first.problem, robots=robots_in_words(each.robot for each in same))
     note = _("All at {time}. What each told last:") if first.group is Group.SILENT else _("All at {time}.")
     return Pane(title, note.format(time=at), listed(same), True)
 
@@ -320,12 +320,6 @@ def troubles_in_words(looks: Iterable[Look]) -> str:
     """How many robots, or silent fleets, need a person; empty when none does."""
     n = len({each.trouble for each in looks if each.group in NEEDS_HELP})
     return ngettext("{n} needs you", "{n} need you", n).format(n=n) if n else ""
-
-
-def robots_in_words(looks: Iterable[Look]) -> str:
-    """How many: what stands for any robot of a fleet is none."""
-    n = sum(not each.robot.is_any for each in looks)
-    return ngettext("{n} robot", "{n} robots", n).format(n=n)
 
 
 def more_than_on_wall(looks: Iterable[Look], zone: str) -> str:
@@ -380,7 +374,7 @@ def _head(n: int, name: str, looks: Sequence[Look], is_open: bool) -> Head:
         if group in NEEDS_HELP and found[group]
     )
     calm = tuple(Part(look_of(group).icon, str(found[group])) for group in (Group.WORKING, Group.READY, Group.CHARGING))
-    return Head(("hall", n), name, robots_in_words(looks), is_open, bad, calm)
+    return Head(("hall", n), name, robots_in_words(each.robot for each in looks), is_open, bad, calm)
 
 
 def columns(count: int, width: float, height: float, least: tuple[float, float], most: float, gap: float) -> int:

@@ -72,7 +72,7 @@ def _done(facts: HomeFacts, now: datetime, most: int) -> Iterator[Item]:
         yield Item(
             ("run", run.id),
             facts.mission_names.run(run),
-            run.taken_by if is_well else outcome_line(run),
+            " · ".join(filter(None, (run.taken_by, "" if is_well else outcome_line(run)))),
             lead=formats.clock_time(run.ended_at or run.planned_at, facts.settings.timezone),
             icon="check" if is_well else icon,
             tone=tone,
@@ -135,6 +135,9 @@ def _queue(facts: HomeFacts, robot: Robot, now: datetime) -> list[Item]:
         words = ngettext("and {n} more", "and {n} more", more).format(n=more)
         rows.append(Item(("more", 0), words, icon="dots-horizontal", strong=False, opens=False))
     for run in facts.not_in_queue:
+        if facts.is_missing(run):
+            rows.append(_unknown((OURS, run.id), facts.mission_names.run(run), ""))
+            continue
         number += 1
         goes = clears or run.cancel_code is not None
         row = _waits((OURS, run.id), facts.mission_names.run(run), number, "", goes)
@@ -187,6 +190,12 @@ def reason_words(facts: HomeFacts, run: Execution, now: datetime) -> str:
     }[run.wait]
 
 
+def _unknown(key: tuple[str, int], mission: str, at: str) -> Item:
+    """One that ran ``at`` that time, and now perhaps not."""
+    words, icon = _("not known now"), "help-circle-outline"
+    return Item(key, mission, meta=words, lead=at, icon=icon, strong=False, opens=key[0] == OURS)
+
+
 def _of_any(run: Execution, facts: HomeFacts) -> str:
     """Of a start for any robot of a fleet: which one it is on; there, that any was asked for."""
     return run.taken_by if run in facts.open_here else run.robot
@@ -196,8 +205,7 @@ def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goe
     mission, status = facts.name_of(item), facts.snapshot.status
     if old:
         at = formats.day_and_time(facts.snapshot.queue_read_at, facts.settings.timezone, now)
-        words, icon = _("not known now"), "help-circle-outline"
-        return Item(key, mission, meta=words, lead=at, icon=icon, strong=False, opens=key[0] == OURS)
+        return _unknown(key, mission, at)
     icon, tone = "play", "accent"
     if status is not None and status.state in STOPPED:
         icon, tone = "alert-circle", "fault"

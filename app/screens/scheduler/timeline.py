@@ -14,6 +14,7 @@ from app.domain.models import Execution, Group, Robot, State
 from app.i18n import _, ngettext
 from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word, silence_word
+from app.screens.common.robot_groups import robots_in_words
 from app.screens.scheduler import axis, of_groups
 from app.screens.scheduler.axis import Band, Range, Span, Tick
 from app.screens.scheduler.contested import Contested
@@ -156,7 +157,7 @@ def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
         return ""
     if len(chosen) == 1:
         return chosen[0].name
-    return ngettext("{n} robot", "{n} robots", len(chosen)).format(n=len(chosen)) if chosen else _("All robots")
+    return robots_in_words(chosen) if chosen else _("All robots")
 
 
 # ---------------------------------------------------------------------- lanes

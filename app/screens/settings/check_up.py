@@ -46,6 +46,19 @@ def key_of(target: Robot | Fleet) -> int | str:
     return f"fleet {target.id}" if isinstance(target, Fleet) else target.id
 
 
+def standing_of(context: PageContext, target: Robot | Fleet) -> NoticeView:
+    """How its check-up stands, or how far it is. A fleet's robot is checked up with its fleet."""
+    facts, running, is_left = context.facts, context.check_ups.get(key_of(target)), False
+    reports = facts.fleet_reports
+    if isinstance(target, Robot):
+        if target.fleet is not None:
+            return NoticeView()
+        reports, is_left = facts.reports, target.id in facts.left_behind
+    return (running and running.standing) or view.standing(
+        target, reports.get(target.id), context.now(), facts.settings.timezone, is_left=is_left
+    )
+
+
 class CheckUp(EventDispatcher):
     """Of one robot or fleet. While it runs it is in ``context.check_ups``: pages may be built again."""
 

@@ -38,7 +38,9 @@ def appearance(level: Level) -> Appearance:
 
 
 # ---------------------------------------------------------------------- how a robot stands
-def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, is_left: bool = False) -> NoticeView:
+def standing(
+    target: Robot | Fleet, report: Report | None, now: datetime, zone: str, *, is_left: bool = False
+) -> NoticeView:
     """One line: when it was checked up, and the result. ``is_left``: changes of an interrupted trial remain."""
     if is_left:
         return NoticeView(
@@ -46,7 +48,7 @@ def standing(robot: Robot, report: Report | None, now: datetime, zone: str, *, i
         )
     if report is None:
         return NoticeView(_("Never checked up"), icon="clipboard-outline")
-    if why := outdated(robot, report):
+    if why := outdated(target, report):
         return NoticeView(why, tone="attention", icon="update")
     when = formats.local(report.began_at, zone).date()
     day = _("today") if when == formats.local(now, zone).date() else formats.wall_day(when, year=when.year != now.year)

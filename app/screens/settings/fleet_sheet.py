@@ -16,7 +16,7 @@ from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings import fleets_view as view
 from app.screens.settings import removals
-from app.screens.settings.check_up import CheckUp, key_of
+from app.screens.settings.check_up import CheckUp, key_of, standing_of
 from app.screens.settings.connection_form import ConnectionForm
 from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
@@ -67,7 +67,7 @@ class FleetSheet(ConnectionSheet):
         if fleet is not None and not self.saving:
             form.follow(self.stored, fleet, AT_ONCE)
             self.stored = fleet
-            form.about = view.fleet_note(facts, fleet)
+            form.about = view.fleet_note(facts, fleet, standing_of(self.context, fleet))
         super().show_facts()
 
     # ------------------------------------------------------------------ test, save

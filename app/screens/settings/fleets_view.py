@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot
 from app.domain.robot import FleetIdentity, Vehicle
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.problems import words_of
+from app.screens.common.robot_groups import robots_in_words
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.view import NoticeView, done, machine_phrase
 from app.services.robots.fleets import FoundVehicle
@@ -21,17 +22,17 @@ def kind_names() -> dict[FleetKind, str]:
     return {FleetKind.CLASSIC: _("MiR Fleet"), FleetKind.ENTERPRISE: _("Fleet Enterprise")}
 
 
-def fleet_items(facts: SettingsFacts, chosen: int | None = None) -> list[Item]:
-    """A row per fleet, with what has to be done there."""
-    return [_fleet_item(facts, fleet, chosen) for fleet in facts.fleets]
+def fleet_items(facts: SettingsFacts, check_ups: Mapping[int, NoticeView], chosen: int | None = None) -> list[Item]:
+    """A row per fleet, with what has to be done there; ``check_ups``: how they stand, by fleet."""
+    return [_fleet_item(facts, fleet, check_ups.get(fleet.id, NoticeView()), chosen) for fleet in facts.fleets]
 
 
-def _fleet_item(facts: SettingsFacts, fleet: Fleet, chosen: int | None) -> Item:
-    robots, problem = facts.robots_of(fleet), _problem(fleet)
+def _fleet_item(facts: SettingsFacts, fleet: Fleet, check_up: NoticeView, chosen: int | None) -> Item:
+    robots, problem = facts.robots_of(fleet), _problem(fleet, check_up)
     return Item(
         ("fleet", fleet.id),
         fleet.name,
-        " · ".join((kind_names()[fleet.kind], _robots_phrase(robots) if robots else formats.address(fleet.address))),
+        " · ".join((kind_names()[fleet.kind], robots_in_words(robots) if robots else formats.address(fleet.address))),
         problem.text,
         icon=ICON,
         tone=problem.tone,
@@ -42,24 +43,22 @@ def _fleet_item(facts: SettingsFacts, fleet: Fleet, chosen: int | None) -> Item:
     )
 
 
-def _robots_phrase(robots: Sequence[Robot]) -> str:
-    return ngettext("{n} robot", "{n} robots", len(robots)).format(n=len(robots))
-
-
-def _problem(fleet: Fleet) -> NoticeView:
+def _problem(fleet: Fleet, check_up: NoticeView) -> NoticeView:
     """The first thing that an integrator has to do there."""
     if fleet.needs_password:
         return NoticeView(_("Needs a password"), tone="attention", icon="key-alert-outline")
     if not fleet.enabled:
         return NoticeView(_("Off"), tone="offline")
+    if check_up.tone in ("fault", "attention", "accent"):
+        return check_up
     if fleet.known is None:
         return NoticeView(_("Not checked up"), tone="accent", icon="clipboard-check-outline")
     return NoticeView()
 
 
-def fleet_note(facts: SettingsFacts, fleet: Fleet) -> NoticeView:
+def fleet_note(facts: SettingsFacts, fleet: Fleet, check_up: NoticeView) -> NoticeView:
     """What has to be done there, what it is, and its robots that are in the plan."""
-    problem, robots = _problem(fleet), facts.robots_of(fleet)
+    problem, robots = _problem(fleet, check_up), facts.robots_of(fleet)
     names = ", ".join(robot.name for robot in robots) or _("none yet")
     text = problem.text or _("In use here: {robots}").format(robots=names)
     software = fleet.software and _("software {version}").format(version=fleet.software)
@@ -97,6 +96,6 @@ def _vehicle_item(found: FoundVehicle, *, is_added: bool) -> Item:
 
 
 def to_be_added(found: Sequence[FoundVehicle], robots: Sequence[Robot], fleet: Fleet) -> list[Vehicle]:
-    """All that can be added without a warning; which are few is said by their number."""
+    """All that can be added without a warning."""
     added = {robot.vehicle for robot in robots if robot.fleet is not None and robot.fleet.id == fleet.id}
-    return [each.vehicle for each in found if not each.others and each.vehicle.id not in (ANY_VEHICLE, *added)]
+    return [each.vehicle for each in found if not each.others and each.vehicle.id not in added]

@@ -12,8 +12,7 @@ from kivy.uix.widget import Widget
 from app.domain.models import Fleet, Robot
 from app.i18n import _
 from app.screens.common.options import MenuItem
-from app.screens.settings.check_up import CheckUp
-from app.screens.settings.check_up_view import standing
+from app.screens.settings.check_up import CheckUp, standing_of
 from app.screens.settings.find import FindSheet
 from app.screens.settings.fleet_sheet import FleetSheet
 from app.screens.settings.fleets_view import ICON as FLEET_ICON
@@ -23,7 +22,7 @@ from app.screens.settings.groups_view import group_items
 from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_known import KnownRobotSheet, VehicleSheet
 from app.screens.settings.robot_sheet import RobotSheet
-from app.screens.settings.view import NOT_TRUSTED, NoticeView, robot_items
+from app.screens.settings.view import NOT_TRUSTED, robot_items
 
 
 class RobotsModel(EventDispatcher):
@@ -53,10 +52,15 @@ class RobotsPage(SettingsPage):
             return
         chosen = sheet.stored_id if isinstance(sheet, KnownRobotSheet) else None
         fleet = sheet.stored_id if isinstance(sheet, FleetSheet) else None
-        check_ups = {robot.id: self._standing(robot) for robot in facts.robots}
+        of_robots, of_fleets = (
+            {each.id: standing_of(self.context, each) for each in targets} for targets in (facts.robots, facts.fleets)
+        )
         self.vm.part, self.vm.add_word = "robots", _("Add")
         self.vm.nothing = _("No robots yet")
-        self.vm.items = [*fleet_items(facts, fleet), *robot_items(facts, self.context.now(), check_ups, chosen)]
+        self.vm.items = [
+            *fleet_items(facts, of_fleets, fleet),
+            *robot_items(facts, self.context.now(), of_robots, chosen),
+        ]
 
     def reached(self, **intent: Any) -> None:
         if intent:
@@ -110,19 +114,6 @@ class RobotsPage(SettingsPage):
         self.show()
 
     # ------------------------------------------------------------------ check-ups
-    def _standing(self, robot: Robot) -> NoticeView:
-        """How its check-up stands, or how far it is."""
-        facts, running = self.context.facts, self.context.check_ups.get(robot.id)
-        if robot.fleet is not None:
-            return NoticeView()  # it is checked up with its fleet
-        return (running and running.standing) or standing(
-            robot,
-            facts.reports.get(robot.id),
-            self.context.now(),
-            facts.settings.timezone,
-            is_left=robot.id in facts.left_behind,
-        )
-
     def _open_check_up(self, robot: Robot) -> None:
         """That which runs, else a new one."""
         check_up = self.context.check_ups.get(robot.id) or CheckUp(self.context, robot)

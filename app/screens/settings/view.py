@@ -19,6 +19,7 @@ from app.mir.errors import CertificateProblem
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
+from app.screens.common.robot_groups import robots_in_words
 from app.screens.settings.facts import SettingsFacts
 from app.services.catalogue.configuration.import_lines import stops_a_robot
 from app.services.catalogue.configuration.importing import DeletesRuns
@@ -112,7 +113,7 @@ def _robots_note(facts: SettingsFacts) -> NoticeView:
         )
     if not facts.robots:
         return NoticeView(_("none yet"))
-    robots = ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots))
+    robots = robots_in_words(facts.robots)
     groups = ngettext("{n} group", "{n} groups", len(facts.groups)).format(n=len(facts.groups)) if facts.groups else ""
     return NoticeView(", ".join(filter(None, (robots, groups))))
 
@@ -131,7 +132,7 @@ def _idle_note(facts: SettingsFacts) -> NoticeView:
     on = [robot for robot in facts.robots if robot.idle is not None and robot.idle.enabled]
     if not on:
         return NoticeView(_("off"))
-    return NoticeView(ngettext("{n} robot", "{n} robots", len(on)).format(n=len(on)))
+    return NoticeView(robots_in_words(on))
 
 
 def _backup_note(facts: SettingsFacts, now: datetime) -> NoticeView:
@@ -189,6 +190,7 @@ def robot_items(
 def _robot_item(facts: SettingsFacts, robot: Robot, now: datetime, check_up: NoticeView, chosen: int | None) -> Item:
     link = link_appearance(robot, facts.snapshot(robot.id), now, facts.settings)
     groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
+    model = _("Any robot of the fleet") if robot.is_any else robot.model or _("MiR robot")
     way = robot.fleet.name if robot.fleet else groups or formats.address(robot.address)
     problem = _problem(facts, robot, check_up)
     if not problem.text and (link.tone != "neutral" or not robot.enabled):
@@ -196,7 +198,7 @@ def _robot_item(facts: SettingsFacts, robot: Robot, now: datetime, check_up: Not
     return Item(
         robot.id,
         robot.name,
-        " · ".join(part for part in (robot.model or _("MiR robot"), way, groups if robot.fleet else "") if part),
+        " · ".join(part for part in (model, way, groups if robot.fleet else "") if part),
         problem.text,
         icon=link.icon,
         tone=link.tone,

@@ -34,7 +34,16 @@ from app.domain.choice import may_change_robot
 from app.domain.message import Message, message
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.robot import QueueItem
-from app.mir.errors import Ambiguous, AnotherRobot, Delivery, NotWanted, RobotError, Unauthorized, Unnumbered
+from app.mir.errors import (
+    Ambiguous,
+    AnotherFleet,
+    AnotherRobot,
+    Delivery,
+    NotWanted,
+    RobotError,
+    Unauthorized,
+    Unnumbered,
+)
 from app.mir.target import Target
 from app.services.allocation.situation import Ineligible
 from app.services.dispatch.attempt import Attempt, Attempts, Phase, answer_in_doubt, intent_of, refusal, tried_here
@@ -299,7 +308,10 @@ class Sending:
         """A read before the POST failed: final for another robot or user, otherwise a failed attempt of each."""
         match error:
             case AnotherRobot():
-                reason = Reason(ReasonCode.WRONG_ROBOT, {name: error.params[name] for name in ("expected", "found")})
+                details = {name: error.params[name] for name in ("expected", "found")}
+                if isinstance(error, AnotherFleet):
+                    details["fleet"] = True
+                reason = Reason(ReasonCode.WRONG_ROBOT, details)
             case Unauthorized():
                 reason = Reason(ReasonCode.UNAUTHORIZED, {"problem": error.message})
             case _:

@@ -104,7 +104,8 @@ class Tracking:
         return self._transitions(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Transition:
-        return transitions.end(Event.ABORT, row, Reason(ReasonCode.VANISHED, {"queue_id": queue_id}))
+        details = {"queue_id": queue_id, **({} if self._seen.robot.fleet is None else {"fleet": True})}
+        return transitions.end(Event.ABORT, row, Reason(ReasonCode.VANISHED, details))
 
     def _has_been_missing(self, queue_id: int) -> bool:
         """A booting robot may not know its queue yet: it has to give the same answer again after a while."""

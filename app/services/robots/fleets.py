@@ -85,7 +85,7 @@ class Fleets:
             )
         said = self._identify(fleet)
         robots = self._catalogue.robots()
-        either = Vehicle(ANY_VEHICLE, f"Any of {fleet.name}")
+        either = Vehicle(ANY_VEHICLE, fleet.name)  # reads well in every sentence and language
         vehicles = sorted(said.vehicles, key=lambda vehicle: (vehicle.name.casefold(), vehicle.id))
         return [_found(vehicle, fleet, robots) for vehicle in (either, *vehicles)]
 

@@ -14,7 +14,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain.models import Schedule
-from app.screens.settings.check_up import CheckUpSheet
+from app.screens.settings.check_up import CheckUpSheet, standing_of
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NoticeView
 from app.services.files.places import Place, PlaceKind
@@ -76,7 +76,7 @@ def aino(site, app, ui, clock):
 
 def stands(app) -> NoticeView:
     """How the check-up of Aino stands."""
-    return page(app)._standing(page(app).context.facts.robots[0])
+    return standing_of(page(app).context, page(app).context.facts.robots[0])
 
 
 def opened(ui) -> CheckUpSheet:

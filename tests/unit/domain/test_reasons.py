@@ -126,6 +126,12 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
         ),
         (ReasonCode.APP_DOWN, {"starts": "many", "first": NOON, "last": NOON}, "The app was off or asleep"),
         (ReasonCode.VANISHED, {"queue_id": 0}, "The robot no longer has queue item 0"),
+        (ReasonCode.VANISHED, {"queue_id": 3, "fleet": True}, "The fleet no longer has this order"),
+        (
+            ReasonCode.WRONG_ROBOT,
+            {"fleet": True, "found": "Hall 3", "expected": "Hall 2"},
+            "Another fleet answered at this address: Hall 3 instead of Hall 2",
+        ),
     ],
 )
 def test_numbers_and_times_are_in_the_sentence(code, details, expected):

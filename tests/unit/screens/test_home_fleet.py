@@ -14,7 +14,7 @@ from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
 from app.screens.common.holding import HAND
 from app.screens.common.robot_appearance import battery_appearance, is_old
-from app.screens.common.robot_groups import Group, free_words, group_of, or_held
+from app.screens.common.robot_groups import Group, free_words, group_of, or_held, robots_in_words
 from app.screens.home import fleet
 from app.screens.home.fleet import (
     Look,
@@ -28,7 +28,6 @@ from app.screens.home.fleet import (
     minutes_left,
     of_group,
     pane_of,
-    robots_in_words,
     to_do,
     troubles_in_words,
 )
@@ -308,7 +307,7 @@ def looks_of(facts) -> list[Look]:
 def test_any_robot_of_a_fleet_says_how_many_are_free():
     found = looks_of(fleet_facts.of_fleet(sample.READY, sample.EXECUTING, sample.CHARGING, sample.FAILED))
     assert [(each.cell.name, each.cell.fact, each.cell.icon) for each in found[:2]] == [
-        ("Any of Hall 2", "2 of 4 free", "robot"),
+        ("Hall 2", "2 of 4 free", "robot"),
         ("MiR 1", "Ready", "check-circle-outline"),
     ]
     alone = looks_of(fleet_facts.of_fleet())
@@ -317,7 +316,7 @@ def test_any_robot_of_a_fleet_says_how_many_are_free():
 
 def test_any_robot_of_a_fleet_is_no_robot_to_count():
     found = looks_of(fleet_facts.of_fleet(sample.READY, sample.READY))
-    assert robots_in_words(found) == "2 robots"
+    assert robots_in_words(each.robot for each in found) == "2 robots"
     assert [each.robot.name for each in of_group(found, Group.READY)] == ["MiR 1", "MiR 2"]
     (head,) = heads(found, dict.fromkeys((10, 11, 12), 0), (RobotGroup("Hall", (10, 11, 12), id=1),), None)
     assert (head.robots, [part.text for part in head.calm]) == ("2 robots", ["0", "2", "0"])

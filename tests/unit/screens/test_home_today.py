@@ -76,6 +76,10 @@ def test_the_robot_that_a_fleet_chose_is_named():
     done = [replace(run, taken_by="MiR 8") for run in FACTS.finished]
     supports = [row.support for row in rows(replace(FACTS, open=tuple(taken), finished=tuple(done)))]
     assert supports[:3] == ["MiR 8", "MiR 8", "MiR 7"]
+    failed = [replace(run, state=State.FAILED, reason=Reason(ReasonCode.VANISHED, {"fleet": True})) for run in done]
+    assert (
+        rows(replace(FACTS, finished=tuple(failed)))[0].support == "MiR 8 · Failed: The fleet no longer has this order"
+    )
 
 
 def test_an_order_for_any_robot_of_a_fleet_is_ours_on_the_robot_that_took_it():
@@ -84,9 +88,17 @@ def test_an_order_for_any_robot_of_a_fleet_is_ours_on_the_robot_that_took_it():
     item = QueueItem(7, QueueState.EXECUTING, mission_id="g9")
     seen = {number: replace(shot, queue=(item,)) for number, shot in facts.snapshots.items()}
     facts = replace(facts, open=(run,), snapshots=seen, finished=(), planned=())
-    for robot_id, said in ((fleet_facts.ANY.id, "MiR 1"), (11, "Any of Hall 2")):
+    for robot_id, said in ((fleet_facts.ANY.id, "MiR 1"), (11, "Hall 2")):
         (row,) = rows(facts.about(robot_id))
         assert (row.key, row.title, row.support, row.actions[0].name) == (("execution", 1), "Deliver", said, "cancel")
+
+
+def test_a_run_that_the_queue_has_lost_is_not_shown_as_one_that_waits():
+    lost = replace(FACTS, open=(RUNNING,), snapshots={**FACTS.snapshots, 1: snapshot(1, READY)})
+    (row,) = queue(lost)
+    assert (row.number, row.meta, row.actions) == ("", "not known now", ())
+    (row,) = queue(replace(lost, open=(replace(RUNNING, submitted_at=ago(seconds=1)),)))
+    assert row.number == "1"  # its queue was not read since
 
 
 @pytest.mark.parametrize(("number", "can"), [(0, "cancel_running"), (1, "cancel_waiting")])

@@ -1,0 +1,49 @@
+"""What is said when a fleet is silent, has lost an order, or one of its robots."""
+
+from __future__ import annotations
+
+import pytest
+
+from app.domain.models import ANY_VEHICLE, Connection, Robot, State
+from app.domain.reasons import sentence
+from tests.support.site import Site
+
+
+@pytest.fixture
+def site(tmp_path):
+    site = Site(tmp_path, target="classic")
+    site.hall = site.add_fleet()
+    site.add_mission()
+    yield site
+    site.switch_off()
+
+
+def add(site, name, vehicle):
+    return site.container.catalogue.save_robot(Robot(name, "", fleet=site.hall, vehicle=vehicle))
+
+
+def test_a_silent_fleet_differs_from_a_robot_that_it_has_lost(site):
+    named = add(site, "R1", site._vehicle_ids["R1"])
+    either = add(site, "Hall", ANY_VEHICLE)
+    site.run(10)
+    site.fleet.cut_off({"R1"})
+    site.run(120)
+    snapshots = site.container.snapshots
+    assert (snapshots.get(named.id).connection, snapshots.get(named.id).fleet_failed) == (Connection.UNREACHABLE, False)
+    assert snapshots.get(either.id).connection is Connection.CONNECTED
+    site.fleet.restart(300)
+    site.run(120)
+    assert [snapshots.get(robot.id).fleet_failed for robot in (either, named)] == [True, True]
+    assert [alarm.details.get("fleet") for alarm in site.container.alarms.open()] == [site.hall.name, None]
+
+
+def test_an_order_that_its_fleet_has_lost_is_said_in_words_of_fleets(site):
+    robot = add(site, "Hall", ANY_VEHICLE)
+    site.run(10)
+    site.stranger_queues()
+    site.run(5)
+    site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: [row.state for row in site.executions()] == [State.QUEUED])
+    site.fleet.restart(5, forgets_waiting=True)
+    site.run_until(lambda: not site.executions()[0].state.is_open)
+    assert sentence(site.executions()[0].reason, "UTC") == "The fleet no longer has this order"
