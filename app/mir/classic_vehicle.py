@@ -176,6 +176,9 @@ class ClassicVehicle(ClassicRequests):
         self._verify()
         try:
             answer = self._send("POST", ORDERS, json=body, is_wanted=is_wanted)
+        except RobotError:
+            self._connection.forget("robots")  # the next start reads its robot first
+            raise
         finally:
             self._connection.forget("open", "highest", "newest")
         if answer.status not in (201, self._profile.order_status):

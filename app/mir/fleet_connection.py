@@ -67,15 +67,15 @@ class FleetConnection:
         self._lock = threading.Lock()
 
     def shared(self, client: Pausing, question: str, ask: Callable[[], T], within: float = FRESH) -> T:
-        """An answer that was at most ``within`` seconds old (an error: ``FRESH``) at this call, or else that of ``ask``.
-        A thread that comes while another one asks waits, and gets the same answer. Raises the RobotError of ``ask``, in
-        which ``client`` does not pause: what it did then might need the same answer."""
+        """An answer that was at most ``within`` seconds old at this call, or else that of ``ask``. A thread that comes
+        while another one asks waits, and gets the same answer. Raises the RobotError of ``ask``, which serves only those
+        that waited for it. In that ``client`` does not pause: what it did then might need the same answer."""
         came = self.clock()
         with self._lock:
             lock = self._locks[question]
         with lock:
             asked_at, answer = self._answers.get(question, (-1e9, None))
-            if asked_at < came - (min(within, FRESH) if isinstance(answer, RobotError) else within):
+            if asked_at < came - (0.0 if isinstance(answer, RobotError) else within):
                 began, on_pause, forgotten = self.clock(), client.on_pause, self._forgotten[question]
                 client.on_pause = lambda: None
                 try:

@@ -113,13 +113,15 @@ def prompt_of(vehicle: Vehicle) -> dict[str, Any]:
 
 
 def status_of(vehicle: Vehicle) -> dict[str, Any]:
-    """The state of an online robot in the form of ROS messages, which differs from the robot's own GET /status."""
+    """The state of an online robot in the form of ROS messages, which differs from the robot's own GET /status. Without power for
+    the battery monitor it shows as little of the battery as the robot itself."""
     robot = vehicle.robot
     motion, run = robot.motion, robot.run
+    stopped = robot.emergency_stop
     return {
         "header": {"stamp": NO_TIME, "frame_id": "", "seq": 0},
-        "battery_percentage": round(robot.battery.at(robot.now), 2),
-        "battery_time_remaining": robot.battery.seconds_left(robot.now),
+        "battery_percentage": -1.0 if stopped else round(robot.battery.at(robot.now), 2),
+        "battery_time_remaining": -1 if stopped else robot.battery.seconds_left(robot.now),
         "battery_voltage": 0,
         "distance_to_next_target": round(robot.controller.distance_to_target, 3),
         "errors": [_error(error) for error in robot.errors],

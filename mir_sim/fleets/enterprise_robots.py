@@ -85,8 +85,10 @@ def _runtime(robot: SimulatedRobot, stamp: Stamp, seen: float) -> Row:
     pose: dict[str, Any] = {name: round(getattr(motion.pose, name), 3) for name in ("x", "y", "orientation")}
     return {
         "uptime": span(seen - robot.switched_on),
-        "battery-percentage": round(robot.battery.at(seen), 2),
-        "battery-time-remaining": span(robot.battery.seconds_left(seen)),
+        "battery-percentage": -1.0
+        if robot.emergency_stop
+        else round(robot.battery.at(seen), 2),  # as robots say (guess)
+        "battery-time-remaining": span(0 if robot.emergency_stop else robot.battery.seconds_left(seen)),
         "pose": pose,
         "velocity-linear": round(motion.linear, 3),
         "velocity-angular": round(motion.angular, 3),

@@ -49,6 +49,7 @@ AHEAD = 1.05  # s before something is due, at which the app's own second finds t
 ROUND_EVERY = (
     300.0  # s between the engine's rounds when nothing is due; the app's own second would make a simulated week long
 )
+MOMENT = 1e-6  # s
 USER, PASSWORD = "distributor", "distributor"
 FLEET = "Fleet"
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
@@ -60,6 +61,15 @@ class OneThread(FleetConnection):
     def __init__(self, *values: Any) -> None:
         super().__init__(*values)
         self._locks = defaultdict(nullcontext)  # type: ignore[arg-type]
+        self.moment: Callable[[], None] = lambda: None
+
+    def shared(self, *asked: Any) -> Any:
+        """An answer that is there already takes a moment too, as a worker that asks never gets one from before it asked."""
+        self.moment()
+        return super().shared(*asked)
+
+    def forget_all(self) -> None:
+        self.forget(*list(self._answers))
 
 
 class Site:
@@ -119,6 +129,14 @@ class Site:
         self.machines[robot].catch_up()
         return self._orders[robot] if self.fleet else self.machines[robot].queue
 
+    def priority(self, wanted: int) -> int:
+        """As its items have it: fleets know only what goes before others."""
+        return wanted if self.fleet is None else min(wanted, 1)
+
+    def as_for_a_second(self) -> None:
+        """The robots have been as they are for as long as a fleet's answer serves."""
+        self._connection.forget_all()
+
     @property
     def all_machines(self) -> list[Machine]:
         return [*self.machines.values(), *([self.fleet] if self.fleet else [])]
@@ -142,6 +160,7 @@ class Site:
         self._connection = OneThread(  # by a clock that counts the tablet's sleep, as since_boot
             self.seconds, self._paces.setdefault(FLEET, Pace(self.clock.monotonic, self.network.time_out))
         )
+        self._connection.moment = lambda: self.clock.advance(MOMENT)
         self.container.first_start()
         self._workers: dict[int, RobotWorker] = {}
         self._inboxes: dict[int, list[messages.Message]] = {}

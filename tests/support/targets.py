@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 
 import pytest
 
@@ -68,7 +69,16 @@ def cancel_all(fleet: SimulatedFleet, robot: SimulatedRobot) -> None:
             fleet.book.cancel(order, fleet.now)
 
 
-__all__ = ["NUMBERED", "OWN_ADDRESS", "OWN_MISSIONS", "OWN_NETWORK", "OWN_QUEUE", "OWN_WORDS"]  # for stories
+__all__ = [
+    "CHARGED",
+    "NUMBERED",
+    "OWN_ADDRESS",
+    "OWN_CLOCK",
+    "OWN_MISSIONS",
+    "OWN_NETWORK",
+    "OWN_QUEUE",
+    "OWN_WORDS",
+]  # for stories
 
 # Of stories that can't be about a fleet, and of those about what only one kind of fleet may do.
 OWN_QUEUE = pytest.mark.only_for(
@@ -76,6 +86,8 @@ OWN_QUEUE = pytest.mark.only_for(
 )
 OWN_ADDRESS = pytest.mark.only_for(ROBOT, reason="a robot of a fleet has no address, password or machine of its own")
 OWN_MISSIONS = pytest.mark.only_for(ROBOT, reason="robots of a fleet have the same missions")
+OWN_CLOCK = pytest.mark.only_for(ROBOT, reason="robots of a fleet have one time for the app, the fleet's")
+CHARGED = pytest.mark.only_for(ROBOT, "enterprise", reason="a classic fleet gives no order to a robot with low battery")
 OWN_NETWORK = pytest.mark.only_for(ROBOT, reason="a fleet is reached for all of its robots or for none")
 OWN_WORDS = pytest.mark.only_for(ROBOT, reason="its check-up has found what a fleet gives back, before the first start")
 NUMBERED = pytest.mark.only_for(ROBOT, "classic", reason="Fleet Enterprise has no numbers, and takes an id only once")
@@ -133,7 +145,8 @@ class OrderItem:
 
     @property
     def priority(self) -> int:
-        return self.order.priority
+        """1 before others."""
+        return int(self.order.is_urgent or self.order.priority)
 
     @property
     def item(self) -> QueueItem | None:
@@ -152,6 +165,12 @@ class OrderItem:
     @property
     def started(self) -> str | None:
         return self.item and self.item.started
+
+    @started.setter
+    def started(self, stamp: str) -> None:
+        """By the clock of the fleet, whose times are the order's."""
+        fleet, moment = self.fleet, datetime.fromisoformat(stamp).replace(tzinfo=self.fleet.clock.tz)
+        self.order.started = fleet.now + (moment - fleet.clock.utc(fleet.now)).total_seconds()
 
     @property
     def finished(self) -> str | None:

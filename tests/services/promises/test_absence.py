@@ -147,7 +147,7 @@ test_asleep_just_before = cases_of(
         "a clock that is set looks the same",
         NEEDS_HALF,
         JUST_BEFORE,
-        battery(10),
+        [battery(10), do(lambda s: s.as_for_a_second())],
         each(clock(-600), clock(600)),
         [700, sent()],
         stays_open=True,

@@ -126,6 +126,7 @@ test_clear_queue = cases_of(
         true(lambda s: [(post.at < 301, post.robot != "R1") for post in s.network.posts()] == [(True, True)]),
         **GROUP,
         stays_open=True,
+        mark=OWN_QUEUE,
     ),
     Story(
         "a group's start at a robot that leaves the group is not blocked for ever",

@@ -91,7 +91,7 @@ test_edited = cases_of(
         [do(lambda s: s.add_mission("Home")), FLAT, edit(mission_id=2, priority=3), battery(80), 300],
         [
             did("Home"),
-            true(lambda s: s.items()[0].priority == 3),
+            true(lambda s: s.items()[0].priority == s.priority(3)),
             ends(DONE),
             true(lambda s: s.row().mission == "Home"),
         ],
@@ -111,7 +111,7 @@ test_edited = cases_of(
         each([plan(), post(LOST)], [plan(priority=1), post(ERROR_BEFORE)]),
         [306, edit(mission_id=2, priority=3, window=60, name="New")],
         each([], off_for()),
-        [600, did("Home"), true(lambda s: s.all_items()[0].priority == 3), ends(DONE), tries(2)],
+        [600, did("Home"), true(lambda s: s.all_items()[0].priority == s.priority(3)), ends(DONE), tries(2)],
         true(lambda s: (s.row().mission, s.row().closes_at - s.row().planned_at) == ("Home", timedelta(minutes=60))),
     ),
     Story(
@@ -119,7 +119,7 @@ test_edited = cases_of(
         [do(lambda s: s.add_mission("Home")), plan(window=30), IN_DOUBT, edit(mission_id=2, priority=3), 600],
         [
             did("Home"),
-            true(lambda s: s.items()[0].priority == 3),
+            true(lambda s: s.items()[0].priority == s.priority(3)),
             ends(DONE),
             true(lambda s: s.row().mission == "Home"),
         ],

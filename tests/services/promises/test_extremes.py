@@ -59,6 +59,7 @@ test_extremes = cases_of(
         each([is_now("http://r1", "R2"), is_now("http://r2", None)], is_now("http://r2", None)),
         [off_for(), 300, UNKNOWN_AS_MOVED, true(lambda s: len(s.queue("R2")) == 0)],
         robots=2,
+        mark=OWN_ADDRESS,
     ),
     Story(
         "a start that may be on one machine is not sent to its replacement",
@@ -72,6 +73,7 @@ test_extremes = cases_of(
         [300, ends(UNKNOWN), tries(1), raised("unknown_outcome")],
         true(lambda s: len(s.queue("R2")) == 3),
         robots=2,
+        mark=OWN_ADDRESS,
     ),
     Story(
         "the first lost answer of a robot that drops descriptions is reported and not sent again",

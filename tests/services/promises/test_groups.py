@@ -199,6 +199,7 @@ def test_the_database_lets_no_start_change_from_one_robot_to_another(tmp_path):
 WAITS = [HOME, all_busy(5), LONG, 310]
 STUCK = [plan(window=3), ALL_LOST, 301, NO_MORE_PLANNED, do(lambda s: s.network.down.add(s.row().robot)), 60]
 GIVEN_TO_R3 = [all_busy(5), plan(window=30, battery=30), 310, battery(10, "R3"), 10, give("R3"), 10, robots("R3")]
+IT_STAYS = [20, robots("R3"), waits(BATTERY), true(lambda s: s.row().choice["by"] == "person")]
 R3_LEAVES = do(lambda s: s.container.catalogue.save_group(replace(s.group, members=(1, 2))))
 AS_ADMIN = do(lambda s: s.container.catalogue.save_robot(replace(s.robot("R3"), username="admin"), password="admin"))
 
@@ -265,9 +266,15 @@ test_by_hand = cases_of(
     GroupStory(
         "the robot that a person chose stays the one",
         GIVEN_TO_R3,
-        each([hold("R3"), 5, release()], off_for(), AS_ADMIN),
-        [20, robots("R3"), waits(BATTERY), true(lambda s: s.row().choice["by"] == "person")],
+        each([hold("R3"), 5, release()], off_for()),
+        IT_STAYS,
         stays_open=True,
+    ),
+    GroupStory(
+        "it stays the one with another user and password",
+        [GIVEN_TO_R3, AS_ADMIN, IT_STAYS],
+        stays_open=True,
+        mark=OWN_ADDRESS,
     ),
     GroupStory(
         "unless that robot can take no starts",

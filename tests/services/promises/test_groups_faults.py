@@ -354,6 +354,7 @@ def test_a_robot_that_turns_out_unfit_between_choice_and_start_is_not_sent_it(tm
             chosen.append(f"R{robot_id}")
             machine = s.machines[chosen[0]]
             machine.press_emergency_stop(True) if how == "stops" else machine.set_battery(10.0)
+            s.as_for_a_second()
             usual(robot_id, messages.Poll())
             s._go_on(robot_id)
         usual(robot_id, message)

@@ -272,6 +272,7 @@ class Floor(Hall):
         return sorted((post.robot, post.at, post.mission_id) for post in self.network.posts())
 
 
+@CHARGED
 @pytest.mark.parametrize("limit", [1, None])
 def test_how_long_a_robot_runs_is_known_however_short_the_history(tmp_path, limit):
     """Its battery is enough for a mission that it ran four times, though the history has none of these runs."""

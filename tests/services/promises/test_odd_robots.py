@@ -103,7 +103,7 @@ test_unreadable = cases_of(
                 word("Aborted", "Superseded"),
                 plan(),
                 320,
-                do(lambda s: s.machines["R1"].controller.cancel(s.items()[0])),
+                do(lambda s: s.cancel_all()),
             ],
         ),
         [400, ends((FAILED, ReasonCode.ROBOT_ABORTED))],

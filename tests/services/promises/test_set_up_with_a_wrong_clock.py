@@ -122,6 +122,7 @@ test_among_wrong_robots = cases_of(
         [robots_off_by(HOUR, "R1"), daily("06:10"), down("R2"), HALF_AN_HOUR],
         [do(lambda s: setattr(s.network, "down", {"R1"})), asleep(HOUR), HAS_ITS_ROW],
         robots=2,
+        mark=OWN_CLOCK,
     ),
     Story(
         "robots whose clocks go wrong later",

@@ -54,13 +54,14 @@ def test_an_error_serves_those_that_have_waited_for_it(asking: Asking) -> None:
     assert asking.asked == 1
 
 
-def test_an_error_serves_for_a_second_even_where_answers_serve_longer(asking: Asking) -> None:
-    """A fleet that is reached again is asked again, whatever failed before."""
+@pytest.mark.parametrize("later", [0.1, FRESH + 0.1])
+def test_an_error_serves_none_that_comes_later(asking: Asking, later: float) -> None:
+    """A start that is due is not put off because a moment before it something failed."""
     asking.problem = TimedOut(seconds=5)
     with pytest.raises(TimedOut):
         asking.connection.shared(asking, "user", asking.ask, 10.0)
     asking.problem = None
-    asking.now += FRESH + 0.1
+    asking.now += later
     assert [asking.connection.shared(asking, "user", asking.ask, 10.0) for _ in range(2)] == [2, 2]
 
 
