@@ -115,13 +115,12 @@ class DateSheet(Picker):
     """Picks a datetime.date in a month of days.
 
     ``months`` are the twelve names, ``weekdays`` the seven short ones from Monday, ``written(day)`` a day in words; days before ``first``
-    or after ``last`` (None = no limit) cannot be chosen; ``today`` is ringed.
+    (None = no limit) cannot be chosen; ``today`` is ringed.
     """
 
     chosen = ObjectProperty(None)
     today = ObjectProperty(None, allownone=True)
     first = ObjectProperty(None, allownone=True)
-    last = ObjectProperty(None, allownone=True)
     months = ListProperty([""] * 12)
     weekdays = ListProperty([""] * 7)
     written = ObjectProperty(str)
@@ -134,7 +133,7 @@ class DateSheet(Picker):
         self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the days have their places
         super().__init__(**kwargs)
         self.year, self.month = self.chosen.year, self.chosen.month
-        for name in ("chosen", "first", "last", "year", "month"):
+        for name in ("chosen", "first", "year", "month"):
             self.fbind(name, self._build)
         self._build()
 
@@ -146,7 +145,6 @@ class DateSheet(Picker):
     def show_today(self) -> None:
         """Choose today, or the nearest day that may be chosen."""
         day = max(self.today, self.first or date.min)
-        day = min(day, self.last or date.max)
         self.year, self.month, self.chosen = day.year, day.month, day
 
     def on_done(self):
@@ -171,5 +169,5 @@ class DateSheet(Picker):
                 turn_to(cell)
 
     def _day(self, day: date) -> Day:
-        is_off = day < (self.first or date.min) or day > (self.last or date.max)
+        is_off = day < (self.first or date.min)
         return Day(day, str(day.day), today=day == self.today, chosen=day == self.chosen, off=is_off)

@@ -22,12 +22,7 @@ class Act(StrEnum):
     """The actions of buttons at an alarm, a hold or a late start."""
 
     NOTHING = "nothing"
-    SHOW_ROBOT = "show_robot"  # select it and go Home
-    ROBOT_SETTINGS = "robot_settings"  # where address and password are changed
-    DATA_SETTINGS = "data_settings"  # where the database and its backups are
-    LOGS = "logs"
-    SHOW_ALARMS = "show_alarms"  # those of one cause, on their page
-    SHOW_RUN = "show_run"  # the story of an execution
+    GO = "go"  # to another screen
     SCHEDULE_RUN = "schedule_run"  # the story of a schedule's last execution
     HOLD = "hold"  # the late starts
     LATE_STARTS = "late_starts"  # show their list
@@ -39,11 +34,20 @@ class Act(StrEnum):
 
 @dataclass(frozen=True)
 class Way:
-    """A button: its word, its action, and the id of the action's object."""
+    """A button: its word, its action, and the id of the action's object; of GO what ``Shell.go`` is given."""
 
     word: str
     act: Act
-    about: int | None = None
+    about: Any = None
+
+
+def to_robot(word: str, robot_id: int) -> Way:
+    """Select it and go Home."""
+    return Way(word, Act.GO, {"screen": "home", "robot_id": robot_id})
+
+
+def to_settings(**intent: Any) -> Way:
+    return Way(_("Open settings"), Act.GO, {"screen": "settings", **intent})
 
 
 # ---------------------------------------------------------------------- what is the case
@@ -347,20 +351,19 @@ def way_to(alarm: Alarm, robots: Mapping[int, Robot]) -> Way | None:
     if alarm.code in _OF_THE_TABLET:
         return None
     if alarm.code in _OF_THE_DISK:
-        return Way(_("Open settings"), Act.DATA_SETTINGS)
+        return to_settings(section="data")
     if alarm.code in _OF_THE_PLAN:
         if (execution_id := id_in(alarm.key, "execution")) is not None:
-            return Way(_("Show"), Act.SHOW_RUN, execution_id)
-        schedule_id = id_in(alarm.key, "schedule")
-        return Way(_("Show"), Act.LOGS if schedule_id is None else Act.SCHEDULE_RUN, schedule_id)
+            return Way(_("Show"), Act.GO, {"screen": "logs", "execution_id": execution_id})
+        if (schedule_id := id_in(alarm.key, "schedule")) is not None:
+            return Way(_("Show"), Act.SCHEDULE_RUN, schedule_id)
+        return Way(_("Show"), Act.GO, {"screen": "logs", "unfiltered": True})
     robot = next((robot for robot in robots.values() if robot.name == alarm.details.get("robot")), None)
     if robot is None:
         return None
     if alarm.code in _OF_THE_CONFIGURATION:
-        return Way(_("Open settings"), Act.ROBOT_SETTINGS, robot.id)
-    if answers_of(alarm):
-        return Way(_("Answer"), Act.SHOW_ROBOT, robot.id)
-    return Way(_("Show"), Act.SHOW_ROBOT, robot.id)
+        return to_settings(section="robots", robot_id=robot.id)
+    return to_robot(_("Answer") if answers_of(alarm) else _("Show"), robot.id)
 
 
 def past_count(shown: int, total: int) -> str:

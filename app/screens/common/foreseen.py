@@ -11,12 +11,12 @@ from app.services.planning.planned import PlannedRun
 ABOUT = "≈"
 
 
-def whose(run: PlannedRun, *, exactly: bool = True) -> str:
-    """The robot of a start; of a group's the group and, ``exactly`` of one start, the robot that will probably take it."""
+def whose(run: PlannedRun) -> str:
+    """The robot of a start; of a group's the group and the robot that will probably take it."""
     if run.group is None:
         return run.robot.name
     group = _("any of {group}").format(group=run.group.name)
-    return f"{group} ({ABOUT} {run.robot.name})" if run.begins_at is not None and exactly else group
+    return f"{group} ({ABOUT} {run.robot.name})" if run.begins_at is not None else group
 
 
 def label(run: PlannedRun, words: str) -> str:

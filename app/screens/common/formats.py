@@ -135,9 +135,9 @@ def wall_time(moment: datetime | time | None, seconds: bool = False) -> str:
     return current().time_separator.join(f"{part:02d}" for part in parts)
 
 
-def clock_time(moment: datetime | None, zone: str, seconds: bool = False) -> str:
+def clock_time(moment: datetime | None, zone: str) -> str:
     """14:38 in ``zone``."""
-    return NOTHING if moment is None else wall_time(local(moment, zone), seconds)
+    return NOTHING if moment is None else wall_time(local(moment, zone))
 
 
 def wall_day(when: date | None, year: bool = False) -> str:

@@ -1,14 +1,26 @@
-"""The order of robots and groups in every list. Pure."""
+"""Robots, groups, missions: by name, as in every list, and by id. Pure."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable
 from operator import attrgetter
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 _NUMBER = re.compile(r"(\d+)")
 T = TypeVar("T")
+
+
+class HasId(Protocol):
+    @property
+    def id(self) -> int: ...
+
+
+Thing = TypeVar("Thing", bound=HasId)
+
+
+def with_id(things: Iterable[Thing], wanted: int | None) -> Thing | None:
+    return next((thing for thing in things if thing.id == wanted), None)
 
 
 def by_name(things: Iterable[T], of: str = "name") -> tuple[T, ...]:

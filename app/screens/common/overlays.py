@@ -87,16 +87,14 @@ class Dialogs:
         *,
         today: date,
         first: date | None = None,
-        last: date | None = None,
     ) -> Picker:
-        """Ask for a day between ``first`` and ``last``; ``today`` is ringed."""
+        """Ask for a day, not before ``first``; ``today`` is ringed."""
         words = formats.current()
         picker = DateSheet(
             title=title,
             chosen=start,
             today=today,
             first=first,
-            last=last,
             months=words.months,
             weekdays=words.weekdays_short,
             written=formats.wall_day,

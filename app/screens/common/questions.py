@@ -13,7 +13,6 @@ from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.threads import Changed
 from app.services.dispatch.engine import Engine
 from app.services.live.snapshots import Snapshots
-from app.services.robots.commands import Operator
 
 READ_WITHIN = 8.0  # s, in which a robot that refuses an answer can be read
 SURELY_AFTER = 2  # readings; the first may have begun before
@@ -24,9 +23,6 @@ class Services(Protocol):
 
     @property
     def engine(self) -> Engine: ...
-
-    @property
-    def operator(self) -> Operator: ...
 
     @property
     def snapshots(self) -> Snapshots: ...

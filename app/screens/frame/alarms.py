@@ -29,7 +29,7 @@ EMPTY: Mapping[str, Callable[[], str]] = {
     "shelved": lambda: _("Nothing shelved"),
     "past": lambda: _("No past alarms"),
 }
-Do = Callable[[Act, int | None], object]
+Do = Callable[[Act, Any], object]
 
 
 class NoteSheet(Sheet):

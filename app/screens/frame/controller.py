@@ -161,23 +161,13 @@ class FrameController:
             self._rests_until = Clock.get_time() + DOUBLE_TAP
             self._do(self._frame.banner.act, self._frame.banner.about)
 
-    def _do(self, act: Act, about: int | None) -> None:
+    def _do(self, act: Act, about: Any) -> None:
         """Run an action of the banner or of an alarm."""
-        services, go = self._services, self._shell.go
+        services = self._services
         match act:
-            case Act.SHOW_ROBOT:
-                go("home", robot_id=about)
-            case Act.ROBOT_SETTINGS:
-                go("settings", section="robots", robot_id=about)
-            case Act.DATA_SETTINGS:
-                go("settings", section="data")
-            case Act.SHOW_ALARMS:
-                go("alarms", unfold=about)
-            case Act.LOGS:
-                go("logs", unfiltered=True)
-            case Act.SHOW_RUN:
-                go("logs", execution_id=about)
-            case Act.SCHEDULE_RUN if about is not None:
+            case Act.GO:
+                self._shell.go(**about)
+            case Act.SCHEDULE_RUN:
                 self._work(lambda: services.history.last_of_schedule(about), self._show_run)
             case Act.HOLD:
                 self._hold_starts([e.id for e in counting_down(self._facts.issues.late_starts)], True)

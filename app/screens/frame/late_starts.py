@@ -11,6 +11,7 @@ from app.domain import rules
 from app.domain.models import Execution, Settings
 from app.i18n import _
 from app.screens.common.cancelled import say_cancelled
+from app.screens.common.name_order import with_id
 from app.screens.common.shell import Shell
 from app.screens.frame.facts import FrameServices, OpenIssues
 from app.screens.frame.view import counting_down, counting_words, late_rows, seconds_left
@@ -92,7 +93,7 @@ class LateStarts:
 
     def act(self, key: int, name: str) -> None:
         """The button of a row decides it alone."""
-        row = next((e for e in self._issues.late_starts if e.id == key), None)
+        row = with_id(self._issues.late_starts, key)
         if row is None:
             return
         if name == "start":

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import Any
 
 from app.database.robots import Hold
 from app.domain.models import Alarm, Execution, Priority, Robot, Settings
@@ -19,6 +20,7 @@ from app.screens.common.alarms_view import (
     id_in,
     is_over,
     is_shelved,
+    to_settings,
     urgency,
     way_to,
 )
@@ -40,7 +42,7 @@ class BannerView:
     icon: str = HAND
     action: str = ""
     act: Act = Act.NOTHING
-    about: int | None = None  # id of the robot, alarm or start that ``act`` is about
+    about: Any = None  # of ``act``, as in Way
 
 
 def banner(
@@ -102,7 +104,7 @@ def _alarm(group: Together, robots: Mapping[int, Robot], settings: Settings, now
         text, icon = _("This clock can't be right. Nothing is sent."), "clock-alert-outline"
         return BannerView(text, "attention", icon, _("Decide"), Act.CLOCK_IS_RIGHT)
     if way is None:
-        way = Way(_("Show"), Act.SHOW_ALARMS, alarm.id)
+        way = Way(_("Show"), Act.GO, {"screen": "alarms", "unfold": alarm.id})
     return BannerView(
         group_text(group, settings, now), alarm_tone(alarm), alarm_icon(alarm), way.word, way.act, way.about
     )
@@ -192,7 +194,9 @@ def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: date
     robot = robots.get(hold.robot_id or 0)
     if robot is not None and hold.reason == CHECK_UP:  # it ends by itself
         text = _("{robot} is being checked up").format(robot=robot.name)
-        return BannerView(text, "neutral", "stethoscope", _("Show"), Act.ROBOT_SETTINGS, robot.id)
+        return BannerView(
+            text, "neutral", "stethoscope", _("Show"), Act.GO, to_settings(section="robots", robot_id=robot.id).about
+        )
     who = robot.name if robot else _("All robots")
     text = _("{robot} on hold").format(robot=who)
     if hold.until is not None:

@@ -12,7 +12,7 @@ from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, ReasonCode, Robot, Settings, State
 from app.domain.reasons import codes_with
 from app.i18n import _
-from app.screens.common.name_order import by_name
+from app.screens.common.name_order import by_name, with_id
 from app.screens.logs.story import StoryFacts
 from app.screens.logs.view import Filters, Period, like_of
 from app.services.catalogue.catalogue import Catalogue
@@ -77,8 +77,8 @@ class LogsFacts:
     def target(self, run: Execution) -> Robot | Group | None:
         """Its robot or group, if that still exists."""
         if run.group_id is None:
-            return next((robot for robot in self.robots if robot.id == run.robot_id), None)
-        return next((group for group in self.groups if group.id == run.group_id), None)
+            return with_id(self.robots, run.robot_id)
+        return with_id(self.groups, run.group_id)
 
     def with_more(self, page: LogsFacts) -> LogsFacts:
         """The same with the rows of the next page, unless they are known already."""

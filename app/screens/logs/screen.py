@@ -13,6 +13,7 @@ from kivy.uix.widget import Widget
 
 from app.i18n import _
 from app.screens.common.mission_names import MissionNameLookup
+from app.screens.common.name_order import with_id
 from app.screens.common.options import MenuItem, Option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
@@ -181,7 +182,7 @@ class LogsViewModel(ViewModel):
     def row_action(self, key: int, _action: str = "open") -> None:
         """A row was tapped: its story is shown; of several of one cause, all of them."""
         facts = self.facts
-        run = next((row for row in facts.rows if row.id == key), None)
+        run = with_id(facts.rows, key)
         if run is None:
             return
         if facts.filters.folds and {each.id: n for each, n in view.folded(facts.rows, facts.zone)}[key] > 1:

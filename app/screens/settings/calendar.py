@@ -12,6 +12,7 @@ from kivymd.uix.boxlayout import MDBoxLayout
 from app.domain.models import DayException
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.name_order import with_id
 from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
 from app.screens.settings.edit_sheet import PlainSheet, delete
@@ -89,15 +90,12 @@ class CalendarPart(MDBoxLayout):
         self._open(DayException("", day, day))
 
     def _edit(self, exception_id: int | None) -> None:
-        if (exception := self._exception(exception_id)) is not None:
+        if (exception := with_id(self._context.facts.exceptions, exception_id)) is not None:
             self._open(exception)
 
     def _open(self, exception: DayException) -> None:
         self._context.shell.sheets.show(DaysSheet(self._context, exception))
         self.show()
-
-    def _exception(self, exception_id: int | None) -> DayException | None:
-        return next((entry for entry in self._context.facts.exceptions if entry.id == exception_id), None)
 
     # ------------------------------------------------------------------ public holidays
     def choose_country(self) -> None:

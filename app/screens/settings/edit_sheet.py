@@ -11,6 +11,7 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import InvalidInput
 from app.i18n import _
+from app.screens.common.name_order import with_id
 from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
@@ -176,7 +177,7 @@ class PlainSheet(EditSheet):
     def show_facts(self) -> None:
         """What has changed elsewhere is shown where nothing else was entered."""
         before = self.stored
-        now = next((each for each in getattr(self.context.facts, self.kind) if each.id == self.stored_id), None)
+        now = with_id(getattr(self.context.facts, self.kind), self.stored_id)
         if now is not None and not self.saving:
             changed = {name: getattr(now, name) for name in _differing(before, now) - _differing(before, self.it)}
             self.stored, self.it = now, replace(self.it, **changed)

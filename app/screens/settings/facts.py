@@ -10,7 +10,7 @@ from app.domain.check_up import Report
 from app.domain.clock import Clock
 from app.domain.models import DayException, Fleet, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
-from app.screens.common.name_order import by_name
+from app.screens.common.name_order import by_name, with_id
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.service import CheckUps
@@ -79,23 +79,23 @@ class SettingsFacts:
         return WorkingCalendar(self.settings, self.exceptions)
 
     def robot(self, robot_id: int | None) -> Robot | None:
-        return next((robot for robot in self.robots if robot.id == robot_id), None)
+        return with_id(self.robots, robot_id)
 
     def fleet(self, fleet_id: int | None) -> Fleet | None:
-        return next((fleet for fleet in self.fleets if fleet.id == fleet_id), None)
+        return with_id(self.fleets, fleet_id)
 
     def robots_of(self, fleet: Fleet) -> tuple[Robot, ...]:
         """Those of the plan, in order of name."""
         return tuple(robot for robot in self.robots if robot.fleet is not None and robot.fleet.id == fleet.id)
 
     def mission(self, mission_id: int | None) -> Mission | None:
-        return next((mission for mission in self.missions if mission.id == mission_id), None)
+        return with_id(self.missions, mission_id)
 
     def group(self, group_id: int | None) -> Group | None:
-        return next((group for group in self.groups if group.id == group_id), None)
+        return with_id(self.groups, group_id)
 
     def place(self, place_id: int | None) -> Place | None:
-        return next((place for place in self.places if place.id == place_id), None)
+        return with_id(self.places, place_id)
 
     def members(self, group: Group) -> tuple[Robot, ...]:
         """In order of name."""

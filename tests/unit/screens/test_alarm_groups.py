@@ -102,7 +102,7 @@ def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_bann
     row, view = item(group), banner(issues, {}, SETTINGS, NOW, "logs")
     assert (row.lead, row.whole, view.text) == ("14:02", "14 robots · No answer", "14 robots: no answer")
     assert row.support == "R1, R2, R3 … · All at the same minute. Is the access point on?"
-    assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ALARMS, 1)
+    assert (view.action, view.act, view.about) == ("Show", Act.GO, {"screen": "alarms", "unfold": 1})
     assert (row.key, [action.text or action.name for action in row.actions]) == (
         ("group", 1),
         ["Acknowledge 14", "fold", "menu"],
@@ -243,7 +243,7 @@ def test_an_error_and_the_mission_that_it_ended_are_one_line_led_by_the_error():
     group, _veikko = open_lines(broken(), NOW)
     row, view = item(group), banner(OpenIssues(broken()), ROBOTS, SETTINGS, NOW, "logs")
     assert (view.text, view.tone) == ("Aino: Can't reach Dock", "fault")
-    assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ROBOT, 1)
+    assert (view.action, view.act, view.about) == ("Show", Act.GO, {"screen": "home", "robot_id": 1})
     assert (row.whole, row.tone) == ("Aino · Can't reach Dock", "fault")
     assert row.support == (
         "Mission failed: Deliver · Clear the way. Then reset. “Failed to reach goal position 'Dock'”"

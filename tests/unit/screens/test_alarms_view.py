@@ -76,37 +76,41 @@ def test_the_alarm_of_a_double_start_advises_to_cancel_one():
 
 
 # ---------------------------------------------------------------------- where it leads
-HOME, SETUP, DATA, LOGS = Act.SHOW_ROBOT, Act.ROBOT_SETTINGS, Act.DATA_SETTINGS, Act.LOGS
+HOME = Act.GO, {"screen": "home", "robot_id": 1}
+SETUP = Act.GO, {"screen": "settings", "section": "robots", "robot_id": 1}
+DATA = Act.GO, {"screen": "settings", "section": "data"}
+LOGS = Act.GO, {"screen": "logs", "unfiltered": True}
+RUN = Act.GO, {"screen": "logs", "execution_id": 9}
 DESTINATIONS = {  # code: (key as the services give it, what the button does, about what)
-    "question": ("robot:1", HOME, 1),
-    "robot_error": ("robot:1", HOME, 1),
-    "emergency_stop": ("robot:1", HOME, 1),
-    "unreachable": ("robot:1", HOME, 1),
-    "unauthorized": ("robot:1", SETUP, 1),
-    "not_a_robot": ("robot:1", SETUP, 1),
-    "wrong_robot": ("robot:1", SETUP, 1),
-    "certificate_changed": ("robot:1", SETUP, 1),
-    "certificate_untrusted": ("robot:1", SETUP, 1),
-    "same_machine": ("serial:25", SETUP, 1),
-    "serial_hidden": ("robot:1", SETUP, 1),
-    "needs_password": ("robot:1", SETUP, 1),
+    "question": ("robot:1", *HOME),
+    "robot_error": ("robot:1", *HOME),
+    "emergency_stop": ("robot:1", *HOME),
+    "unreachable": ("robot:1", *HOME),
+    "unauthorized": ("robot:1", *SETUP),
+    "not_a_robot": ("robot:1", *SETUP),
+    "wrong_robot": ("robot:1", *SETUP),
+    "certificate_changed": ("robot:1", *SETUP),
+    "certificate_untrusted": ("robot:1", *SETUP),
+    "same_machine": ("serial:25", *SETUP),
+    "serial_hidden": ("robot:1", *SETUP),
+    "needs_password": ("robot:1", *SETUP),
     "execution_failed": ("schedule:7", Act.SCHEDULE_RUN, 7),
-    "execution_skipped": ("manual:1", LOGS, None),
-    "start_refused": ("schedule:7:robot:1", LOGS, None),
-    "executions_missed": ("plan", LOGS, None),
-    "unknown_outcome": ("execution:9", Act.SHOW_RUN, 9),
-    "duplicate_healed": ("execution:9", Act.SHOW_RUN, 9),
-    "duplicate_running": ("execution:9", HOME, 1),
-    "started_twice": ("execution:9", HOME, 1),
-    "robot_fails": ("robot:1", HOME, 1),
-    "unmarked_copy": ("execution:9", HOME, 1),
-    "check_up_outdated": ("robot:1", SETUP, 1),
-    "check_up_left": ("robot:1", HOME, 1),
-    "database": ("database", DATA, None),
-    "backup_failed": ("backup", DATA, None),
-    "late_cancelled": ("execution:9", Act.SHOW_RUN, 9),
-    "adopted_unproven": ("execution:9", Act.SHOW_RUN, 9),
-    "item_unreadable": ("execution:9", Act.SHOW_RUN, 9),
+    "execution_skipped": ("manual:1", *LOGS),
+    "start_refused": ("schedule:7:robot:1", *LOGS),
+    "executions_missed": ("plan", *LOGS),
+    "unknown_outcome": ("execution:9", *RUN),
+    "duplicate_healed": ("execution:9", *RUN),
+    "duplicate_running": ("execution:9", *HOME),
+    "started_twice": ("execution:9", *HOME),
+    "robot_fails": ("robot:1", *HOME),
+    "unmarked_copy": ("execution:9", *HOME),
+    "check_up_outdated": ("robot:1", *SETUP),
+    "check_up_left": ("robot:1", *HOME),
+    "database": ("database", *DATA),
+    "backup_failed": ("backup", *DATA),
+    "late_cancelled": ("execution:9", *RUN),
+    "adopted_unproven": ("execution:9", *RUN),
+    "item_unreadable": ("execution:9", *RUN),
     "clock_implausible": ("clock", Act.CLOCK_IS_RIGHT, None),
     "app_was_off": ("app", None, None),
     "backup_restored": ("app", None, None),
@@ -120,7 +124,7 @@ DESTINATIONS = {  # code: (key as the services give it, what the button does, ab
     "too_few_files": ("app", None, None),
     "network_lost": ("tablet", None, None),
     "tablet_battery_low": ("tablet", None, None),
-    "disk_nearly_full": ("tablet", DATA, None),
+    "disk_nearly_full": ("tablet", *DATA),
     "clock_not_synchronised": ("tablet", None, None),
 }
 
@@ -149,10 +153,10 @@ def test_an_ended_alarm_needs_no_solution(code):
 def test_a_question_can_be_answered_where_the_robot_gives_answers():
     asked = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": ["Yes", "No"]})
     assert (alarm_text(asked, SETTINGS, NOW), note(asked)) == ("Aino asks: Loaded?", "answers: Yes / No")
-    assert way_to(asked, ROBOTS) == Way("Answer", Act.SHOW_ROBOT, 1)
+    assert way_to(asked, ROBOTS) == Way("Answer", *HOME)
     without = alarm("question", details={"robot": "Aino", "question": "Loaded?", "answers": []})
     assert note(without) == "answer it at the robot"
-    assert way_to(without, ROBOTS) == Way("Show", Act.SHOW_ROBOT, 1)
+    assert way_to(without, ROBOTS) == Way("Show", *HOME)
     assert way_to(replace(asked, cleared_at=NOW), ROBOTS) is None
 
 

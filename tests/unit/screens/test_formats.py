@@ -73,7 +73,7 @@ def test_how_soon_within_a_day_and_when_beyond_it(ahead, words):
 
 def test_instants_in_their_zone():
     assert formats.clock_time(NOW, ZONE) == "14:38"
-    assert formats.clock_time(NOW, "UTC", seconds=True) == "12:38:05"
+    assert formats.wall_time(NOW, seconds=True) == "12:38:05"
     assert formats.day(NOW, ZONE) == "Fri 20 Nov"
     assert formats.day(NOW, ZONE, year=True) == "Fri 20 Nov 2026"
     assert formats.day_and_time(NOW, ZONE) == "Fri 20 Nov 14:38"

@@ -41,7 +41,7 @@ def test_an_alarm_that_can_not_be_written_is_in_the_banner_though_it_can_not_be_
 def test_the_worst_robot_is_named_where_none_is_in_sight():
     view = show(alarm("unreachable", "robot:2", details={"robot": "Veikko"}), alarm("emergency_stop"))
     assert (view.text, view.tone) == ("Aino: emergency stop", "fault")
-    assert (view.action, view.act, view.about) == ("Show", Act.SHOW_ROBOT, 1)
+    assert (view.action, view.act, view.about) == ("Show", Act.GO, {"screen": "home", "robot_id": 1})
     assert show(alarm("emergency_stop"), screen="home").text == ""
     assert show(alarm("emergency_stop"), screen="alarms").text == ""
 
@@ -61,7 +61,10 @@ def test_what_was_seen_or_shelved_or_is_over_is_only_on_the_page_of_alarms(value
 
 @pytest.mark.parametrize("code", ["unauthorized", "wrong_robot", "not_a_robot", "certificate_changed"])
 def test_a_problem_of_the_configuration_leads_to_settings(code):
-    assert (show(alarm(code)).act, show(alarm(code)).about) == (Act.ROBOT_SETTINGS, 1)
+    assert (show(alarm(code)).act, show(alarm(code)).about) == (
+        Act.GO,
+        {"screen": "settings", "section": "robots", "robot_id": 1},
+    )
 
 
 def test_a_run_that_failed_is_on_the_page_of_alarms_alone():
@@ -72,7 +75,7 @@ def test_a_run_that_failed_is_on_the_page_of_alarms_alone():
 def test_what_stops_the_whole_plan_is_reported_everywhere(screen):
     view = show(alarm("database", "database", details={"problem": "disk full"}), screen=screen)
     assert view.text == "Nothing is sent, the database can't be written: disk full"
-    assert (view.action, view.act) == ("Open settings", Act.DATA_SETTINGS)
+    assert (view.action, view.about) == ("Open settings", {"screen": "settings", "section": "data"})
 
 
 @pytest.mark.parametrize("code", sorted(SENTENCES))
@@ -100,7 +103,7 @@ def test_the_hold_of_a_check_up_ends_by_itself():
 
 def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest():
     hold = Hold("", None)
-    assert show(alarm("emergency_stop"), holds=[hold]).act is Act.SHOW_ROBOT
+    assert show(alarm("emergency_stop"), holds=[hold]).act is Act.GO
     assert show(alarm("unreachable"), holds=[hold]).act is Act.RELEASE
 
 
