@@ -137,7 +137,6 @@ class CalendarPart(MDBoxLayout):
     def import_days(self) -> None:
         """Read a file, and ask which of its days are closed."""
         files, sheets = self._services.calendar_files, self._context.shell.sheets
-        sheet = FileSheet(self._context, files.places, ".ics", what=_("Closed days"), foot=_("Import"))
 
         def read(found: CalendarFile) -> bool:
             if sheets.top is not sheet:
@@ -150,7 +149,14 @@ class CalendarPart(MDBoxLayout):
             sheets.show(chooser)
             return True
 
-        sheet.bind(on_done=lambda sheet: sheet.run(files.read, read))
+        sheet = FileSheet(
+            self._context,
+            files.places,
+            ".ics",
+            lambda sheet: sheet.run(files.read, read),
+            what=_("Closed days"),
+            foot=_("Import"),
+        )
         sheets.show(sheet)
 
     def _take(self, found: CalendarFile, sheet: EventsSheet) -> None:

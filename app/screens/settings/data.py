@@ -81,39 +81,44 @@ class DataPage(SettingsPage):
 
     # ------------------------------------------------------------------ files
     def export_configuration(self) -> None:
-        sheet = self._write(_("Configuration"), ".json", "amr-scheduler")
-        sheet.bind(on_done=lambda sheet: sheet.run(self._files.export_configuration, self._configuration_written))
+        def written(path: Path) -> None:
+            self.vm.outcome = done(_("Configuration written, without passwords"), str(path))
+
+        self._open(
+            self._files.places,
+            ".json",
+            lambda sheet: sheet.run(self._files.export_configuration, written),
+            "amr-scheduler",
+            what=_("Configuration"),
+            foot=_("Export"),
+        )
 
     def export_log(self, *, for_excel: bool = False) -> None:
-        sheet = self._write(_("Runs"), ".csv", "amr-scheduler-log")
-        sheet.bind(
-            on_done=lambda sheet: sheet.run(partial(self._files.export_history, for_excel=for_excel), self._log_written)
+        def written(path: Path) -> None:
+            self.vm.outcome = done(_("Log written"), str(path))
+
+        self._open(
+            self._files.places,
+            ".csv",
+            lambda sheet: sheet.run(partial(self._files.export_history, for_excel=for_excel), written),
+            "amr-scheduler-log",
+            what=_("Runs"),
+            foot=_("Export"),
         )
 
     def import_configuration(self) -> None:
         """Choose a file, then see what it changes."""
-        sheet = self._open(
-            FileSheet(self.context, self._files.places, ".json", what=_("Configuration"), foot=_("Show changes"))
-        )
-        sheet.bind(on_done=lambda sheet: sheet.run(self._files.preview_import, partial(self._previewed, sheet)))
-
-    def _write(self, what: str, suffix: str, stem: str) -> FileSheet:
-        return self._open(
-            FileSheet(
-                self.context, self._files.places, suffix, stem, self._files.suggested, what=what, foot=_("Export")
-            )
+        self._open(
+            self._files.places,
+            ".json",
+            lambda sheet: sheet.run(self._files.preview_import, partial(self._previewed, sheet)),
+            what=_("Configuration"),
+            foot=_("Show changes"),
         )
 
-    def _open(self, sheet: FileSheet) -> FileSheet:
-        self.vm.outcome, self._sheet = NoticeView(), sheet
-        self.context.shell.sheets.show(sheet)
-        return sheet
-
-    def _configuration_written(self, path: Path) -> None:
-        self.vm.outcome = done(_("Configuration written, without passwords"), str(path))
-
-    def _log_written(self, path: Path) -> None:
-        self.vm.outcome = done(_("Log written"), str(path))
+    def _open(self, *args: Any, **kwargs: Any) -> None:
+        self.vm.outcome, self._sheet = NoticeView(), FileSheet(self.context, *args, **kwargs)
+        self.context.shell.sheets.show(self._sheet)
 
     def _previewed(self, sheet: FileSheet, found: tuple[Sequence[Message], DeletesRuns | None]) -> bool:
         """Whether there is nothing to import."""
@@ -151,32 +156,30 @@ class DataPage(SettingsPage):
 
     # ------------------------------------------------------------------ backups
     def back_up(self) -> None:
-        sheet = self._open(
-            FileSheet(
-                self.context,
-                self._files.backup_places,
-                ".db",
-                "amr-scheduler-backup",
-                self._files.suggested,
-                what=_("Backup"),
-                foot=_("Back up"),
-            )
-        )
-        sheet.bind(on_done=lambda sheet: sheet.run(self._files.back_up_to, self._backed_up))
+        def backed_up(backup: FoundFile) -> None:
+            access = _("It gives access to the robots, and stays until somebody deletes it.")
+            self.vm.outcome = done(_("Backup made"), f"{backup.path}\n{access}")
+            self.context.refresh()
 
-    def _backed_up(self, backup: FoundFile) -> None:
-        access = _("It gives access to the robots, and stays until somebody deletes it.")
-        self.vm.outcome = done(_("Backup made"), f"{backup.path}\n{access}")
-        self.context.refresh()
+        self._open(
+            self._files.backup_places,
+            ".db",
+            lambda sheet: sheet.run(self._files.back_up_to, backed_up),
+            "amr-scheduler-backup",
+            what=_("Backup"),
+            foot=_("Back up"),
+        )
 
     def restore(self) -> None:
         """Choose a backup, then confirm: everything since the backup is replaced."""
-        sheet = self._open(
-            FileSheet(self.context, self._files.backup_places, ".db", what=_("Backup"), foot=_("Restore"))
-        )
-        sheet.bind(on_done=self._confirm)
+        self._open(self._files.backup_places, ".db", self._confirm, what=_("Backup"), foot=_("Restore"))
 
     def _confirm(self, sheet: FileSheet) -> None:
+        def checked(path: str) -> Path:
+            """Report a backup that can't be used before anything is stopped."""
+            self._files.check_backup(Path(path))
+            return Path(path)
+
         self.context.shell.sheets.ask(
             _("Restore the backup of {when}?").format(when=self._when(sheet.path)),
             _(
@@ -184,7 +187,7 @@ class DataPage(SettingsPage):
                 "for Settings too. The present database is kept as a file, but no longer shown. The app restarts."
             ),
             _("Restore"),
-            lambda: sheet.run(self._checked, self._restore),
+            lambda: sheet.run(checked, self._restore),
             _("Keep"),
         )
 
@@ -192,11 +195,6 @@ class DataPage(SettingsPage):
         facts = self.context.facts
         at = next((backup.changed_at for backup in facts.backups if str(backup.path) == path), None)
         return formats.day_and_time(at, facts.settings.timezone, self.context.now()) if at else Path(path).name
-
-    def _checked(self, path: str) -> Path:
-        """Report a backup that can't be used before anything is stopped."""
-        self._files.check_backup(Path(path))
-        return Path(path)
 
     def _restore(self, path: Path) -> None:
         if self.context.shell.restore is not None:

@@ -33,8 +33,8 @@ class _Offer:
 
 
 class FileSheet(Sheet):
-    """With a ``stem`` a file is written, ``suggested(stem, suffix, place)`` is its free name; without one it is chosen, newest
-    first. Its button is ``on_done``, which calls ``run``."""
+    """With a ``stem`` a file is written, with a free name of that; without one it is chosen, newest first. ``then(sheet)`` is its button,
+    which calls ``run``."""
 
     scrolls = BooleanProperty(False)
     what = StringProperty()
@@ -50,20 +50,15 @@ class FileSheet(Sheet):
         context: PageContext,
         places: Callable[[], list[Place]],
         suffix: str,
+        then: Callable[[FileSheet], object],
         stem: str = "",
-        suggested: Callable[[str, str, Path], Path] | None = None,
         **kwargs: Any,
     ) -> None:
-        self._context, self._places, self._suffix, self._stem, self._suggested = (
-            context,
-            places,
-            suffix,
-            stem,
-            suggested,
-        )
+        self._context, self._places, self._suffix, self._stem = context, places, suffix, stem
         self._at: Path | None = None  # the place that was tapped
         self._offer: _Offer | None = None
         super().__init__(title=_("Where?") if stem else _("Where from?"), writes=bool(stem), **kwargs)
+        self.bind(on_done=then)
         self._look()
 
     @property
@@ -96,11 +91,13 @@ class FileSheet(Sheet):
             self._show()
 
     def _look(self) -> None:
+        files = self._context.services.files
+
         def look() -> _Offer:
             places = self._places()
             at = next((place for place in places if place.path == self._at), places[0])
-            if self._suggested is not None:
-                return _Offer(places, at, self._suggested(self._stem, self._suffix, at.path).name, [])
+            if self.writes:
+                return _Offer(places, at, files.suggested(self._stem, self._suffix, at.path).name, [])
             return _Offer(places, at, "", found_in(at.path, self._suffix))
 
         def shown(offer: _Offer) -> None:
