@@ -199,6 +199,7 @@ class Container:
             db,
             clock=clock,
             ledger=self.ledger,
+            holds=self.holds,
             alarms=self.alarms,
             changes=self.changes,
             settings=self.settings,

@@ -202,6 +202,7 @@ def _left_behind(found: Any) -> LeftBehind:
         _text(vehicle),
         None if sent_at is None else _instant(sent_at),
         number,
+        tuple(map(int, found.get("holds", ()))),
     )
 
 

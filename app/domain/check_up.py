@@ -142,7 +142,7 @@ class LeftBehind:
     on.
 
     Of a fleet, ``serial_number`` is what tells it from others: an order for the ``vehicle``, its id there, may be there
-    since ``sent_at``; its ``number`` once that is known."""
+    since ``sent_at``; its ``number`` once that is known; the ``holds`` of its robots."""
 
     serial_number: str | None
     mission: str | None = None
@@ -156,6 +156,7 @@ class LeftBehind:
     vehicle: str = ""
     sent_at: datetime | None = None
     number: int | None = None
+    holds: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
 from kivy.properties import ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import Fleet, FleetKind, Robot
+from app.domain.models import Fleet, FleetKind, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
 from app.i18n import _
+from app.mir.errors import RobotError
 from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings import fleets_view as view
@@ -22,6 +24,7 @@ from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView
+from app.services.catalogue.edit import Removed
 from app.services.robots.fleets import FoundVehicle
 
 AT_ONCE = ("name", "enabled")
@@ -124,12 +127,13 @@ class FleetSheet(ConnectionSheet):
 
     def remove(self) -> None:
         context, fleet = self.context, self.stored
-        ask_and_delete(
-            context,
-            fleet,
-            lambda: context.services.catalogue.remove_fleet(fleet.id),
-            removals.fleet_question(context.facts, fleet),
-        )
+
+        def work() -> Removed:
+            with suppress(RobotError, InvalidInput):  # then the removal says what is left there
+                context.services.fleet_check_ups.put_back(fleet.id)
+            return context.services.catalogue.remove_fleet(fleet.id)
+
+        ask_and_delete(context, fleet, work, removals.fleet_question(context.facts, fleet))
 
 
 class FleetRobotsSheet(SettingsSheet):

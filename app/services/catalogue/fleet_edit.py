@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from app.database.check_ups import CheckUpRepository
 from app.domain.models import Fleet, InvalidInput
 from app.mir.credentials import token_for_fleet
 from app.services.catalogue import change_log, fields, robot_edit, validation
@@ -91,8 +92,16 @@ def _key(fleet_id: int) -> str:
 
 
 def remove(edit: Edit, fleet_id: int) -> Removed:
-    """With its robots, and with each what is removed with a robot."""
+    """With its robots, and with each what is removed with a robot. Raises InvalidInput while it may have an order that
+    only the app deletes."""
     fleet, robot_ids = edit.the_fleet(fleet_id), edit.fleets.robot_ids(edit.c, fleet_id)
+    if fleet.enabled and fleet_id in CheckUpRepository().left_on_fleets(edit.c):
+        raise InvalidInput(
+            "fleet",
+            "the order of its check-up may still be at {fleet}: wait until the app has deleted it, or delete it there and "
+            "switch the fleet off first",
+            fleet=fleet.name,
+        )
     of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]
     for code in ("needs_password", "check_up_left"):
         _clear_alarm(edit, fleet_id, code)

@@ -33,6 +33,7 @@ from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes
 from app.services.live.changes import Topic as Change
+from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
@@ -48,13 +49,14 @@ class FleetCheckUps(Remains):
         *,
         clock: Clock,
         ledger: Ledger,
+        holds: Holds,
         alarms: Alarms,
         changes: Changes,
         settings: Callable[[], Settings],
         make_client: Callable[[Robot], Target],
     ) -> None:
         super().__init__(clock)
-        self._db, self._ledger, self._alarms, self._changes = db, ledger, alarms, changes
+        self._db, self._ledger, self._holds, self._alarms, self._changes = db, ledger, holds, alarms, changes
         self._settings, self._make_client = settings, make_client
         self._fleets, self._check_ups = FleetRepository(), CheckUpRepository()
 
@@ -187,10 +189,12 @@ class FleetCheckUps(Remains):
                 )
                 return True, False
             left = LeftBehind(fleet.identity, None, (str(uuid.uuid4()),), floor, queued=mission, vehicle=vehicle.id)
-            journal = FleetJournal(self._db, self._alarms, fleet, left)
+            journal = FleetJournal(self._db, self._holds, self._alarms, fleet, left)
             orders = self._orders(session.robot, client, fleet)
             tried = OrderTrial(session, orders, journal, date)
             try:
+                journal.begin(self._fleets.robot_ids(self._db.read(), fleet.id))
+                self._check_room(fleet)
                 is_complete = tried.run()
             finally:
                 self._finish(session, orders, journal)
@@ -236,7 +240,8 @@ class FleetCheckUps(Remains):
         left = self._check_ups.left_on_fleets(self._db.read()).get(fleet.id)
         if left is None:
             return None
-        journal = FleetJournal(self._db, self._alarms, fleet, left)
+        self._holds.check_is_no_copy()
+        journal = FleetJournal(self._db, self._holds, self._alarms, fleet, left)
         try:
             with self._client(fleet, Vehicle(left.vehicle, "")) as client:
                 session = self._session(client)
@@ -267,6 +272,7 @@ class FleetCheckUps(Remains):
 
     def _check_room(self, fleet: Fleet) -> None:
         """Its order could be taken for a start whose answer was lost. Raises InvalidInput."""
+        self._holds.check_is_no_copy()
         for robot_id in self._fleets.robot_ids(self._db.read(), fleet.id):
             if rows := self._ledger.open_for(robot_id):
                 raise InvalidInput(

@@ -3,6 +3,7 @@ deleted. It is in the database before it is sent, so that it is deleted in every
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -10,6 +11,7 @@ from typing import Any
 
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
+from app.database.robots import Hold
 from app.domain.check_up import LeftBehind, Topic
 from app.domain.message import Message, message
 from app.domain.models import Fleet
@@ -19,11 +21,12 @@ from app.mir.fleet_vocabulary import ORDER_STATES
 from app.mir.raw_client import Answer
 from app.services.check_up.fleet_orders import AHEAD, ENDED, ClassicOrders, EnterpriseOrders, Orders, Seen
 from app.services.check_up.fleet_probes import LENGTH_S, has_own_user
-from app.services.check_up.journal import ALARM
+from app.services.check_up.journal import ALARM, HOLD
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 from app.services.check_up.trial import Item, TrialResult
 from app.services.check_up.trial_probes import add_early_end, recognised, taken
 from app.services.live.alarms import Alarms
+from app.services.live.holds import Holds
 
 TAKES_S = 30.0  # about
 SHOWN_WITHIN = 15.0  # s from the answer until the fleet shows the order
@@ -38,17 +41,34 @@ class FleetJournal:
     """What is at one fleet because of a check-up, as plain data: another process can delete it when this one is
     killed."""
 
-    def __init__(self, db: Database, alarms: Alarms, fleet: Fleet, left: LeftBehind) -> None:
-        self._db, self._alarms, self._fleet, self.left = db, alarms, fleet, left
+    def __init__(self, db: Database, holds: Holds, alarms: Alarms, fleet: Fleet, left: LeftBehind) -> None:
+        self._db, self._holds, self._alarms, self._fleet, self.left = db, holds, alarms, fleet, left
         self._check_ups = CheckUpRepository()
+
+    def begin(self, robot_ids: Sequence[int]) -> None:
+        """The plan's starts on these robots wait until all is undone: one could be taken for the trial's order. A robot
+        that a person holds keeps that hold."""
+        for robot_id in robot_ids:
+            if self._holds.active(robot_id) is None:
+                self._holds.hold(HOLD, robot_id=robot_id, also=lambda c, hold: self._put(c, self._with(hold)))
+
+    def _with(self, hold: Hold) -> LeftBehind:
+        self.left = replace(self.left, holds=(*self.left.holds, hold.id))
+        return self.left
+
+    def _put(self, c: sqlite3.Connection, left: LeftBehind | None) -> None:
+        self._check_ups.note_left_on_fleet(c, self._fleet.id, left)
 
     def note(self, **changes: Any) -> None:
         """On the disk when it returns."""
         self.left = replace(self.left, **changes)
-        self._db.write(lambda c: self._check_ups.note_left_on_fleet(c, self._fleet.id, self.left))
+        self._db.write(lambda c: self._put(c, self.left))
 
     def end(self) -> None:
-        self._db.write(lambda c: self._check_ups.note_left_on_fleet(c, self._fleet.id, None))
+        for hold in self._holds.current():
+            if hold.id in self.left.holds:
+                self._holds.release(hold.robot_id, hold.id)
+        self._db.write(lambda c: self._put(c, None))
         self._alarms.clear(ALARM, self._key)
 
     def warn(self, problem: Message) -> None:

@@ -8,9 +8,10 @@ import pytest
 
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
-from app.domain.models import InvalidInput
+from app.domain.models import InvalidInput, Robot
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
+from app.services.check_up.journal import HOLD
 from mir_sim.fleets.base import GO_HOME as HOME
 from tests.support.check_up_fleet import MISSION, ROBOT, CheckedFleet
 from tests.support.check_up_site import Killed
@@ -218,6 +219,60 @@ def test_the_alarm_ends_with_a_fleet_that_is_removed(tmp_path):
     site.container.alarms.raise_("check_up_left", f"fleet:{site.id}", robot="Hall", problem="it does not answer")
     site.container.catalogue.remove_fleet(site.id)
     assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_plan_waits_while_an_order_of_a_trial_may_be_there(tmp_path, kind):
+    """Also after the app was killed. A person's hold stays."""
+    site = CheckedFleet(tmp_path, kind)
+    save, holds = site.container.catalogue.save_robot, site.container.holds
+    bella, celia = (save(Robot(name, "", fleet=site.fleet, vehicle=name)) for name in (ROBOT, "Celia"))
+    holds.hold("Cleaning", robot_id=celia.id)
+    held = []
+    site.asked.before = lambda method, path: held.append(holds.active(bella.id)) if method == "DELETE" else None
+    site.trial()
+    assert {hold.reason for hold in held} == {HOLD}
+    assert [hold.reason for hold in holds.all_active()] == ["Cleaning"]
+    kill_after_the_order(site)
+    assert site.container.holds.active(bella.id).reason == HOLD
+    site.clean_up()
+    assert [hold.reason for hold in site.container.holds.all_active()] == ["Cleaning"]
+
+
+def test_a_fleet_is_not_removed_while_an_order_of_a_trial_may_be_there(tmp_path):
+    site = CheckedFleet(tmp_path)
+    kill_after_the_order(site)
+    remove = site.container.catalogue.remove_fleet
+    with pytest.raises(InvalidInput, match="the order of its check-up may still be at"):
+        remove(site.id)
+    site.clean_up()
+    site.container.catalogue.remove_fleet(site.id)
+    check_nothing_is_left(site)
+
+
+def test_the_app_on_copied_data_tries_nothing(tmp_path):
+    site = CheckedFleet(tmp_path)
+    kill_after_the_order(site)
+    site.container.holds.is_copy = "this data is a copy"
+    with pytest.raises(InvalidInput, match="copy"):
+        site.check_ups.put_back(site.id)
+    with pytest.raises(InvalidInput, match="copy"):
+        site.trial()
+    assert len(site.open_orders()) == 1
+
+
+def kill_after_the_order(site):
+    """The app, when the fleet has taken the order of a trial."""
+
+    def die(method, path):
+        if site.asked.writes:
+            raise Killed
+
+    site.asked.writes.clear()
+    site.asked.before = die
+    with pytest.raises(Killed):
+        site.trial()
+    site.start_again()
 
 
 @pytest.mark.parametrize("version", ["1.5.0", "1.4.2"])
