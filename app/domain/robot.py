@@ -169,6 +169,11 @@ class MissionInfo:
     name: str
     url: str = ""  # as the client may request it, with /api in front
 
+    @property
+    def is_built_in(self) -> bool:
+        """Whether every robot has it, hidden on its own screen."""
+        return self.guid.startswith("mirconst")
+
 
 @dataclass(frozen=True)
 class MissionDetail:

@@ -47,3 +47,10 @@ def test_an_order_that_its_fleet_has_lost_is_said_in_words_of_fleets(site):
     site.fleet.restart(5, forgets_waiting=True)
     site.run_until(lambda: not site.executions()[0].state.is_open)
     assert sentence(site.executions()[0].reason, "UTC") == "The fleet no longer has this order"
+
+
+def test_only_missions_that_people_made_are_fetched(site):
+    found = site.container.operator.fetch_missions(add(site, "Hall", ANY_VEHICLE).id)
+    names = [mission.name for mission in found]
+    assert "Deliver" in names
+    assert not {"ChargeAtStation", "GoToPositionPrototype", "Move"} & set(names)

@@ -86,7 +86,7 @@ def outage(count: int) -> HomeFacts:
     return replace(known, snapshots={**known.snapshots, **silent})
 
 
-HALL_2 = Fleet("Hall 2", "http://10.40.12.5", id=3)
+HALL_2 = Fleet("Hall 2", "http://10.40.12.5", id=3, identity="own user")
 ANY = Robot("Hall 2", "", id=10, vehicle=ANY_VEHICLE).within(HALL_2)
 
 

@@ -322,6 +322,8 @@ def sending(facts: HomeFacts, robot: Robot, now: datetime) -> tuple[str, str]:
         return _("Nothing is sent from this tablet"), ""
     if not robot.enabled:
         return _("{robot} is off").format(**name), ""
+    if not robot.is_identified:
+        return _("Give the app its own user at the fleet"), ""
     if not old and status is not None and status.state is RobotState.ERROR and can_reset(status):
         return _("Reset errors first"), ""
     if not old and status is not None and status.state in (RobotState.ERROR, RobotState.EMERGENCY_STOP):

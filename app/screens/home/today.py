@@ -171,6 +171,8 @@ def reason_words(facts: HomeFacts, run: Execution, now: datetime) -> str:
             return _("Late, starts in {n} s").format(n=seconds)
         case Wait.PLACE if "place" in details:
             return _("{place} is full").format(place=details["place"])
+        case Wait.CHECK_UP if "user" in details:
+            return _("the app needs its own user at the fleet")
         case Wait.HOLD:
             hold = facts.hold(run.robot_id or 0, now)
             if hold is not None and hold.until is not None and hold.until < run.closes_at:

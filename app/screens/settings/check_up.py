@@ -32,7 +32,7 @@ from app.screens.settings import check_up_page
 from app.screens.settings import check_up_view as view
 from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.page import PageContext
-from app.screens.settings.view import NoticeView, asking_robot, done, went_wrong
+from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.report import document
 from app.services.check_up.service import CheckUps
@@ -206,7 +206,7 @@ class CheckUp(EventDispatcher):
     ) -> None:
         if self.asking_missions:
             return
-        self.asking_missions, self.outcome = True, asking_robot()
+        self.asking_missions, self.outcome = True, view.asking(self._target)
 
         def found(names: Sequence[str]) -> None:
             self.asking_missions, self.outcome = False, NoticeView()
@@ -278,7 +278,7 @@ class CheckUp(EventDispatcher):
     def _show_progress(self, *_args: Any) -> None:
         if self._progress is not self._heard[0]:
             self._heard = self._progress, Clock.get_time()
-        self.doing, self.how_far, self.share = view.progress_words(self._progress, stopping=self.stopping)
+        self.doing, self.how_far, self.share = view.progress_words(self._target, self._progress, stopping=self.stopping)
         if (waited_s := Clock.get_time() - self._heard[1]) >= WAITS_S:
             self.how_far = view.waits(self._target, waited_s)
 

@@ -36,11 +36,7 @@ def _head(report: Report, title: str, zone: str) -> str:
     found = counts(report.findings)
     lines = [
         queued_sentence(report),
-        *(
-            []
-            if report.is_complete
-            else [_("It was stopped, or the robot did not answer to the end: check it up again.")]
-        ),
+        *([] if report.is_complete else [_("It was stopped, or there was no answer to the end: check it up again.")]),
     ]
     return (
         f"<h1>{escape(title)}</h1>\n"

@@ -88,7 +88,7 @@ def verdict(target: Robot | Fleet, report: Report, zone: str) -> NoticeView:
         queued_sentence(report),
     ]
     if not report.is_complete:
-        lines.append(_("It was stopped, or the robot did not answer to the end: check it up again."))
+        lines.append(_("It was stopped, or there was no answer to the end: check it up again."))
     if why := outdated(target, report):
         lines.append(why)
     tone = "attention" if report.level is Level.GREEN and len(lines) > 2 else seen.tone
@@ -155,7 +155,11 @@ def mission_word(mission: str) -> str:
 
 def not_yet(target: Robot | Fleet) -> str:
     """Why it can't begin."""
-    return _("Choose a mission and a robot") if isinstance(target, Fleet) else asking_robot().text
+    return _("Choose a mission and a robot") if isinstance(target, Fleet) else asking(target).text
+
+
+def asking(target: Robot | Fleet) -> NoticeView:
+    return NoticeView(_("Asking the fleet …"), icon="timer-sand") if isinstance(target, Fleet) else asking_robot()
 
 
 def begin_word(target: Robot | Fleet, trial: Trial | None) -> str:
@@ -175,12 +179,14 @@ def refused(problem: BaseException) -> NoticeView:
 
 
 # ---------------------------------------------------------------------- while it runs
-def progress_words(progress: Progress | None, *, stopping: bool = False) -> tuple[str, str, float]:
+def progress_words(
+    target: Robot | Fleet, progress: Progress | None, *, stopping: bool = False
+) -> tuple[str, str, float]:
     """Its present step, its progress in words, and as a share (0–1)."""
     if progress is None:
-        return _("Asking the robot …"), "", 0.0
+        return asking(target).text, "", 0.0
     share = min(1.0, progress.done / progress.of) if progress.of else 0.0
-    says = _("Stopping: changes on the robot are being undone") if stopping else words_of(progress.says)
+    says = _("Stopping: changes are being undone") if stopping else words_of(progress.says)
     return says, how_far(progress), share
 
 

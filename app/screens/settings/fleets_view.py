@@ -53,6 +53,8 @@ def _problem(fleet: Fleet, check_up: NoticeView) -> NoticeView:
         return check_up
     if fleet.known is None:
         return NoticeView(_("Not checked up"), tone="accent", icon="clipboard-check-outline")
+    if not fleet.is_identified:
+        return NoticeView(_("Give the app its own user at the fleet"), tone="attention", icon="account-alert-outline")
     return NoticeView()
 
 

@@ -39,7 +39,6 @@ RELEASED_WITHIN = timedelta(
     minutes=10
 )  # after the begin of a trial, in which its person expects the robot to be released
 KEEP_FREE = timedelta(minutes=3)  # between the end of a check-up and the next planned start
-BUILT_IN = "mirconst"  # guids of the missions that every robot has begin so
 
 
 def length_s(agreed: Trial | None) -> float:
@@ -265,7 +264,7 @@ class Trials:
 
 def missions_of(client: Target) -> Mapping[str, str]:
     """Names of the missions that people made on the robot, with their guids. Raises RobotError."""
-    return {mission.name: mission.guid for mission in client.missions() if not mission.guid.startswith(BUILT_IN)}
+    return {mission.name: mission.guid for mission in client.missions() if not mission.is_built_in}
 
 
 def _mission(client: Target, agreed: Trial) -> str | None:

@@ -356,9 +356,10 @@ class Operator:
         return presented_fingerprint(Address.parse(address))
 
     def fetch_missions(self, robot_id: int) -> list[MissionInfo]:
-        """The missions that the robot has, by name."""
+        """The missions that people made on the robot, by name."""
         with self._client(robot_id) as client:
-            return sorted(client.missions(), key=lambda mission: mission.name.casefold())
+            found = [mission for mission in client.missions() if not mission.is_built_in]
+        return sorted(found, key=lambda mission: mission.name.casefold())
 
     # ------------------------------------------------------------------ inside
     @contextmanager

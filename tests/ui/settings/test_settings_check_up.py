@@ -168,7 +168,7 @@ def test_a_robot_that_does_not_answer_is_reported_and_stays_unchecked(site, app,
     found = until_reported(ui, dialog)
     assert list(found) == ["Who it is"]
     assert found["Who it is"].startswith("It could not be asked")
-    assert "did not answer to the end" in dialog.vm.verdict.note
+    assert "no answer to the end" in dialog.vm.verdict.note
     assert (dialog.foot, dialog.second) == ("Check again", "")
     close(ui, dialog)
     ui.wait(lambda: app.shell.background.idle)

@@ -122,7 +122,7 @@ def test_the_verdict_says_whether_anything_was_queued_and_whether_it_came_to_its
     assert (tried.text, tried.tone) == ("All fine", "neutral")
     assert "Tried with the mission Wait" in tried.note
     cut = check_up_view.verdict(AINO, report(MAPS, is_complete=False), ZONE)
-    assert "did not answer to the end" in cut.note
+    assert "no answer to the end" in cut.note
     assert cut.tone == "attention"
 
 
@@ -132,11 +132,11 @@ def test_the_button_names_what_it_does():
 
 
 def test_progress_is_in_seconds_and_never_above_the_total():
-    words = check_up_view.progress_words(Progress(message("Reading its queue"), 18.0, 95.0))
+    words = check_up_view.progress_words(AINO, Progress(message("Reading its queue"), 18.0, 95.0))
     assert words == ("Reading its queue", "18 s of about 1 min 35 s", 18 / 95)
-    assert check_up_view.progress_words(Progress("", 100.0, 95.0))[2] == 1.0
-    assert check_up_view.progress_words(Progress("", 1.0, 0.0))[2] == 0.0
-    assert "being undone" in check_up_view.progress_words(Progress("", 1.0, 95.0), stopping=True)[0]
+    assert check_up_view.progress_words(AINO, Progress("", 100.0, 95.0))[2] == 1.0
+    assert check_up_view.progress_words(AINO, Progress("", 1.0, 0.0))[2] == 0.0
+    assert "being undone" in check_up_view.progress_words(AINO, Progress("", 1.0, 95.0), stopping=True)[0]
 
 
 # ---------------------------------------------------------------------- the page

@@ -105,6 +105,13 @@ def test_what_is_wrong_with_a_fleet_is_mended_there(connection, state, problem):
     assert (shown.state, shown.note.problem) == (state, problem)
 
 
+def test_nothing_is_sent_to_a_fleet_that_could_be_another_one():
+    facts = fleet_facts.of_fleet(READY)
+    assert not card(facts).send_off
+    unknown = fleet_facts.ANY.within(replace(fleet_facts.HALL_2, identity=None))
+    assert card(replace(facts, robots=(unknown,))).send_off == "Give the app its own user at the fleet"
+
+
 def test_a_silent_fleet_counts_once_in_the_tab_of_all_robots():
     assert tabs(fleet_facts.of_fleet(*[READY] * 10, silent=True), None, NOW)[0].count == 1
 

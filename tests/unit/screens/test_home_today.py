@@ -211,6 +211,7 @@ def test_the_values_of_missions_are_next_to_their_names():
         (Wait.PLACE, {"place": "Dock 2"}, "Dock 2 is full"),
         (Wait.CLOCK, {}, "the tablet's clock"),
         (Wait.CHECK_UP, {}, "the fleet has to be checked up"),
+        (Wait.CHECK_UP, {"user": "admin"}, "the app needs its own user at the fleet"),
         (Wait.ELSEWHERE, {}, "may have run already"),
         (Wait.ROBOT, {}, "waits for a robot"),
         (Wait.HOLD, {}, "on hold, not run from 14:50"),

@@ -33,6 +33,7 @@ ANY, ONE, TWO, TWIN = (
         (replace(HALL, needs_password=True, enabled=False), "Needs a password"),
         (replace(HALL, enabled=False), "Off"),
         (replace(HALL, profile=None), "Not checked up"),
+        (replace(HALL, identity=None, profile=RobotProfile(None, None)), "Give the app its own user at the fleet"),
     ],
 )
 def test_a_row_says_what_has_to_be_done(fleet, says):
