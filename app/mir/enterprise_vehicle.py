@@ -20,7 +20,7 @@ from app.mir import enterprise_vocabulary as words
 from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
-from app.mir.enterprise_past import PastOrders
+from app.mir.enterprise_past import LISTED_FOR, PastOrders
 from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequests, segment
 from app.mir.errors import AnotherRobot, NotShownYet, Rejected, RobotError, VehicleUnavailable
 from app.mir.fleet_connection import FleetConnection
@@ -272,9 +272,9 @@ class EnterpriseVehicle(EnterpriseRequests):
 
     def ended_shown_for(self) -> float:
         """Seconds for which it shows an order that has ended, at least, as far as can be seen now."""
-        return self._past.shown_for(
-            lambda id_: not self.finds_by_id or self._found(f"/order/{segment(id_)}") is not None
-        )
+        if not self.finds_by_id:  # what another run of the app has sent is looked for among those of the last hour
+            return min(LISTED_FOR, self._past.shown_for(lambda _id: True))
+        return self._past.shown_for(lambda id_: self._found(f"/order/{segment(id_)}") is not None)
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for."""
