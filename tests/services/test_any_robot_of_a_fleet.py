@@ -290,3 +290,12 @@ def test_what_ended_while_the_app_was_off_is_soon_given_up_where_it_can_not_be_f
     )
     assert not any(alarm.code == "not_a_robot" for alarm in site.container.alarms.open())
     site.switch_off()
+
+
+@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
+def test_what_a_fleet_can_not_cancel_is_not_tried(runs):
+    asked, can = [], replace(OF_A_VEHICLE, cancel_running=False)
+    client = SimpleNamespace(capabilities=can, cancel=lambda queue_id, _token: asked.append(queue_id))
+    about = Duplicates(client, SimpleNamespace(ledger=None), SimpleNamespace())
+    assert about.cancel(7, SimpleNamespace(token=""), runs=runs) is not runs
+    assert asked == ([] if runs else [7])

@@ -477,7 +477,7 @@ class Duplicates:
         return bool(self._ledger.apply([found]))
 
     def _cancel_late(self, row: Execution, item: QueueItem) -> bool:
-        if is_cancelled := self.cancel(item.id, row):
+        if is_cancelled := self.cancel(item.id, row, runs=not item.is_pending):
             self._alarm_once("late_cancelled", row, item)
         return is_cancelled
 
@@ -495,9 +495,12 @@ class Duplicates:
             self._alarm_once("duplicate_running", row, item)
         return True
 
-    def cancel(self, queue_id: int, row: Execution) -> bool:
+    def cancel(self, queue_id: int, row: Execution, *, runs: bool = False) -> bool:
         """Returns whether the robot has done it. An item that can't be cancelled now is handled again at the next
-        poll."""
+        poll. ``runs``: or it may."""
+        can = self._client.capabilities
+        if not (can.cancel_running if runs else can.cancel_waiting):
+            return False
         try:
             self._client.cancel(queue_id, row.token)
         except RobotError as error:

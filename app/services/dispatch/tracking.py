@@ -100,7 +100,7 @@ class Tracking:
         if not self._duplicates.is_ours(row, item):
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.state.is_open:
-            self._duplicates.cancel(queue_id, row)  # the first request may have been lost
+            self._duplicates.cancel(queue_id, row, runs=not item.is_pending)  # the first request may have been lost
         return self._transitions(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Transition:
