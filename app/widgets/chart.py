@@ -63,7 +63,7 @@ class KeySeat(ButtonBehavior, Widget):
     is near."""
 
     event: tuple[str, object] = ("", None)
-    is_tab_stop = False
+    is_tab_stop = stands = False
 
     def on_touch_down(self, touch):
         return False

@@ -4,6 +4,7 @@ from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty
 
 from app.widgets.chart import Chart, KeySeat, nice_step
+from app.widgets.places import places
 from app.widgets.tokens import tk
 
 OUTCOMES = {"completed": "accent_mid", "not_run": "attention_solid", "failed": "fault_solid"}
@@ -15,11 +16,14 @@ class PressedChart(Chart):
     """A chart whose parts can be pressed: ``boxes`` are (x, y, width, height, key) in window px, as they were drawn. A tap on one fires
     ``on_part(key)``."""
 
+    stands = True
+
     __events__ = ("on_part",)
 
     def __init__(self, **kwargs):
         self.boxes, self._seats = [], {}
         super().__init__(**kwargs)
+        places.watch(self)
 
     def on_part(self, key):
         """A part was tapped."""
@@ -31,6 +35,8 @@ class PressedChart(Chart):
         )
 
     def on_touch_down(self, touch):
+        if places.misses(self, touch):
+            return True
         if self.collide_point(*touch.pos) and not touch.is_mouse_scrolling:
             touch.ud[self.uid] = self.part_at(*touch.pos), touch.pos
         return super().on_touch_down(touch)

@@ -24,6 +24,7 @@ from kivymd.uix.textfield import MDTextField
 from app.domain import writing
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
+from app.widgets.places import places
 from app.widgets.scrolling import page_around, turn_to
 from app.widgets.slots import PartSlot
 from app.widgets.surfaces import SeenBox, Tap
@@ -62,10 +63,13 @@ class FieldInput(MDTextField):
     leading = NumericProperty(0)  # px for an icon before the text
     trailing = NumericProperty(0)  # px for a button after it
 
+    stands = True
+
     def __init__(self, **kwargs):
         self._follow_cursor = Clock.create_trigger(self._show_cursor, -1)
         self._entering = None  # uid of the touch by which a number is entered
         super().__init__(**kwargs)
+        places.watch(self)
         self.theme_cls.unbind(primary_palette=self.update_colors, theme_style=self.update_colors)  # never released
 
     def _not_used(self, *_):
@@ -87,6 +91,8 @@ class FieldInput(MDTextField):
 
     def on_touch_down(self, touch):
         """A finger that rests may be about to scroll: it enters the field when it leaves."""
+        if places.misses(self, touch):
+            return True
         if (
             self.focus
             or self.disabled

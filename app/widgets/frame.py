@@ -27,7 +27,7 @@ from app.widgets.rest import from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
 STILL = 1.5  # s without a touch, after which no hand is at work
-SETTLES = 0.5  # s after the page has moved, in which a touch was meant for what was there before
+SETTLES = 0.5  # s after another banner has come, in which a touch was meant for what was there before
 
 
 class TopBar(MDTopAppBar):
@@ -171,8 +171,8 @@ class Frame(Surface):
     tabs are in the top bar. ``banner`` has text, icon, tone, action, act and about.
 
     A banner moves the page when it comes and goes, as room that is always kept would cost a tenth of a low window. So it moves only
-    while no hand is at work: in the first moment after a while without a touch, or with another screen. Then for a moment, and after
-    another button has come into the banner, a tap was meant for what was there before, and presses nothing.
+    while no hand is at work: in the first moment after a while without a touch, or with another screen. For a moment after another
+    button has come into the banner, a tap was meant for what was there before, and presses nothing.
     """
 
     screen = ObjectProperty(None, allownone=True, rebind=True)
@@ -190,7 +190,6 @@ class Frame(Surface):
         self._rests_until, self._touched_at, self._about = 0.0, -math.inf, None
         self._when_still = Clock.create_trigger(self._make_room, STILL, interval=True)
         super().__init__(**kwargs)
-        self.fbind("has_banner", self._moved)
         self.ids.body.fbind("current_screen", self.setter("screen"))
 
     def on_floor(self, *_):
@@ -199,7 +198,7 @@ class Frame(Surface):
     def on_banner(self, *_):
         about = (self.banner.act, self.banner.about, self.banner.action) if self.banner else None
         if self._about not in (None, about):
-            self._moved()
+            self._replaced()
         self._about = about
         self._make_room()
 
@@ -214,7 +213,7 @@ class Frame(Surface):
         else:
             self._when_still()
 
-    def _moved(self, *_):
+    def _replaced(self):
         self._rests_until = math.inf
 
         def count(now):
@@ -229,13 +228,12 @@ class Frame(Surface):
 
     @property
     def has_just_moved(self) -> bool:
-        """Whether a tap on the page or on the banner would not be meant for it."""
+        """Whether a tap on the banner would not be meant for it."""
         return rest.is_on or Clock.get_time() < self._rests_until
 
     def on_touch_down(self, touch):
         self._touched_at = Clock.get_time()
-        is_for_before = self.ids.moving.collide_point(*touch.pos) and Clock.get_time() < self._rests_until
-        return is_for_before or super().on_touch_down(touch)
+        return super().on_touch_down(touch)
 
     def on_touch_up(self, touch):
         self._touched_at = Clock.get_time()

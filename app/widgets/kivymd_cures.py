@@ -19,6 +19,7 @@ from kivy.properties import ObservableDict
 from kivy.uix.label import Label
 from kivy.uix.relativelayout import RelativeLayout
 
+from app.widgets.places import places
 from app.widgets.shapes import bordered, rounded
 from app.widgets.tokens import set_roles, tk
 
@@ -67,6 +68,7 @@ def apply() -> None:
         text_textures,
         names_in_kv,
         values_in_kv,
+        buttons,
     ):
         cure()
 
@@ -298,3 +300,23 @@ def values_in_kv() -> None:
             return  # its root is removed and no longer visible
 
     builder.call_fn = call_fn
+
+
+def buttons() -> None:
+    """A button takes a tap that was meant for what stood in its place a moment ago; here what has just moved takes none."""
+    from kivy.uix.behaviors import ButtonBehavior
+
+    if hasattr(ButtonBehavior, "stands"):
+        return
+    begin, touch_down = ButtonBehavior.__init__, ButtonBehavior.on_touch_down
+
+    def __init__(self, **kwargs):
+        begin(self, **kwargs)
+        places.watch(self)
+
+    def on_touch_down(self, touch):
+        if places.misses(self, touch):
+            return super(ButtonBehavior, self).on_touch_down(touch) or True
+        return touch_down(self, touch)
+
+    ButtonBehavior.stands, ButtonBehavior.__init__, ButtonBehavior.on_touch_down = True, __init__, on_touch_down

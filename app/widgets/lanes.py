@@ -16,6 +16,7 @@ from app.widgets.chart import Chart, KeySeat
 from app.widgets.lanes_bars import paint_lifted
 from app.widgets.lanes_drawing import Box, Drawing
 from app.widgets.lanes_frame import AXIS, FOLD, LEAST_LANE, Frame
+from app.widgets.places import places
 
 NEAR_END = 0.15  # of the visible part: this close to the end of a drawing a new one is begun
 SLOP = 12  # dp that a finger moves before it drags
@@ -59,6 +60,7 @@ class Lanes(Chart):
 
     touched = BooleanProperty(False)  # fingers move it just now
     takes_at_once = True  # of a page that scrolls: one of two fingers would come late
+    stands = True
     __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved", "on_lane")
 
     def __init__(self, **kwargs):
@@ -73,6 +75,7 @@ class Lanes(Chart):
         self._drawing: Drawing | None = None
         self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
+        places.watch(self)
         for name in ("first", "now", "now_label"):
             self.fbind(name, self._place_soon)
         for name in ("seen_from", "seen_height"):
@@ -112,6 +115,7 @@ class Lanes(Chart):
             self.collide_point(*touch.pos)
             and not touch.is_mouse_scrolling
             and len(self._fingers) < (1 if self._lifted else 2)
+            and not places.misses(self, touch)
         ):
             self._is_long.cancel()
             self._may_tap = not self._fingers and Clock.get_time() - self._answered >= SECOND_TAP

@@ -18,6 +18,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.lists import Standing
+from app.widgets.places import places
 from app.widgets.scrolling import CalmScroll
 
 
@@ -29,6 +30,7 @@ class Seat(RelativeLayout):
         super().__init__(size_hint=(None, None), **kwargs)
         self.add_widget(view)
         view.fbind("size", self._fit)
+        places.watch(self)
         self._fit()
 
     def _fit(self, *_):

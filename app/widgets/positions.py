@@ -12,6 +12,7 @@ from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
 from app.widgets.chart import KeySeat
 from app.widgets.choices import Picker
+from app.widgets.places import places
 from app.widgets.robot_map import WholeMap, ground, touch_each_other
 from app.widgets.sheet import sheet_around
 from app.widgets.tokens import tk
@@ -36,9 +37,12 @@ class PositionsMap(WholeMap):
 
     __events__ = ("on_spot",)
 
+    stands = True
+
     def __init__(self, **kwargs):
         self._seats = {}
         super().__init__(**kwargs)
+        places.watch(self)
 
     def on_spot(self, key):
         """By keys."""
@@ -56,6 +60,8 @@ class PositionsMap(WholeMap):
         return list(self._seats.values())
 
     def on_touch_down(self, touch):
+        if places.misses(self, touch):
+            return True
         if not self.collide_point(*touch.pos) or touch.is_mouse_scrolling:
             return super().on_touch_down(touch)
         touch.grab(self)

@@ -16,6 +16,8 @@ from kivy.metrics import dp
 from kivy.uix.behaviors import ButtonBehavior, FocusBehavior
 from kivy.uix.scrollview import ScrollView
 
+from app.widgets.places import places
+
 DOUBLE_TAP = 0.6  # s within which a second tap belongs to the first
 SETTLES = 0.4  # s in which a touch was still meant for what was there before
 INSTANT = 0.001  # s: a frame that falls on the end comes after it
@@ -116,6 +118,7 @@ class Rest:
             FocusBehavior.ignored_touch.append(touch)  # else it would end the typing in a field
             return True
         self._finger = x, y
+        places.begin(touch)
         self._touches = [(began, known) for began, known in self._touches if now - began < SHORT] + [
             (now, weakref.ref(touch))
         ]

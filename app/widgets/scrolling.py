@@ -7,6 +7,7 @@ from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
 from kivy.uix.scrollview import ScrollView
 
 from app.widgets.lists import PRESSED_ACTION, PRESSED_ROW, Row, RowPress, Rows
+from app.widgets.places import places
 
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
 FAR = 1e6  # px, where nothing is
@@ -39,6 +40,7 @@ class CalmScroll(ScrollView):
         look = Clock.create_trigger(self._look)  # when all is in its place, before it can be touched there
         for name in ("pos", "size", "viewport_size"):
             self.fbind(name, look)
+        places.watch(self, "viewport_size")
 
     def _look(self, _dt):
         """Something may have moved the lists on it."""

@@ -79,6 +79,8 @@ class Tap(OnlySeen, MDCard):
 class Passive:
     """Mixin of cards that only show something: they leave touches to what is in them."""
 
+    stands = False
+
     def on_touch_down(self, touch):
         return Widget.on_touch_down(self, touch)
 

@@ -20,6 +20,7 @@ from kivy.uix.behaviors import button
 from kivy.uix.label import Label
 from kivy.uix.widget import Widget
 
+from app.widgets.places import places
 from app.widgets.rest import rest
 from tests.ui.checks import parents
 
@@ -120,7 +121,7 @@ class Driver:
         from kivy.tests.common import UnitTestTouch
 
         while rest.is_on or any(
-            getattr(part, "has_just_moved", False)
+            getattr(part, "has_just_moved", False) or places.has_just_moved(part)
             for top in Window.children
             for part in (top, *top.children, widget, *parents(widget))
         ):

@@ -1,0 +1,107 @@
+"""Where everything that can be pressed stands. A tap on what something has just moved there was meant for what stood there
+before, and presses nothing; what a finger has scrolled has not moved.
+
+``places`` is global, like the window. Buttons register themselves (``kivymd_cures.buttons``). Another widget that takes touches says
+that it ``stands``, calls ``watch`` once, and asks ``misses`` about each touch.
+"""
+
+import weakref
+
+from kivy.clock import Clock
+from kivy.core.window import Window
+from kivy.metrics import dp
+from kivy.uix.scrollview import ScrollView
+
+STILL = 0.5  # s a button has to stand where it is
+COMES = 0.5  # s in which one that has come finds its place
+MEANT = "what stood under the finger when it came down"  # key of touch.ud
+
+
+class Place:
+    """Of a button: its edges (px of the window), the same as if nothing were scrolled, when it came, and until when it rests."""
+
+    def __init__(self, button, before):
+        now = Clock.get_time()
+        page = _page_around(button)
+        scrolled = 0 if page is None else _top(page) - _top(page.children[0])
+        left, bottom, right, top = self.edges = _edges(button)
+        self.unscrolled = left, bottom + scrolled, right, top + scrolled
+        self.came, self.until = (before.came, before.until) if before else (now, 0.0)
+        if (
+            now - self.came > COMES
+            and _differ(before.edges, self.edges)
+            and _differ(before.unscrolled, self.unscrolled)
+        ):
+            self.until = now + STILL
+
+
+class Places:
+    """Of the buttons in the window, as they were drawn last."""
+
+    def __init__(self):
+        self._known = weakref.WeakKeyDictionary()
+        self._look = Clock.create_trigger(self._note)  # before the first touch after the frame that has moved something
+        self._moving = Clock.create_trigger(lambda _dt: self._look(), -1)
+
+    def watch(self, widget, *more) -> None:
+        """From now on it is known when it moves; or what is in it, which ``more`` properties tell."""
+        for name in ("pos", "size", "parent", *more):
+            widget.fbind(name, self._moving)
+
+    def begin(self, touch) -> None:
+        """A finger has come down there."""
+        x, y = touch.pos
+        meant = weakref.WeakSet()
+        for button in _buttons():
+            left, bottom, right, top = _edges(button)
+            if left <= x <= right and bottom <= y <= top and not self.has_just_moved(button):
+                meant.add(button)
+        touch.ud[MEANT] = meant
+
+    def misses(self, widget, touch) -> bool:
+        """Whether that touch is on ``widget``, but was meant for what stood there before."""
+        return MEANT in touch.ud and widget.collide_point(*touch.pos) and widget not in touch.ud[MEANT]
+
+    def has_just_moved(self, widget) -> bool:
+        place = self._known.get(widget.__self__)  # kv has only proxies
+        return place is not None and Clock.get_time() < place.until
+
+    def _note(self, _dt):
+        known = self._known
+        self._known = weakref.WeakKeyDictionary({button: Place(button, known.get(button)) for button in _buttons()})
+
+
+def _buttons():
+    waiting = list(Window.children)
+    while waiting:
+        widget = waiting.pop()
+        if widget.opacity:
+            if getattr(widget, "stands", False):
+                yield widget
+            waiting += widget.children
+
+
+def _page_around(widget):
+    while not isinstance(widget, ScrollView):
+        widget = widget.parent
+        if widget is None or widget is Window:
+            return None
+    return widget
+
+
+def _edges(widget):
+    left, bottom = widget.to_window(*widget.pos)
+    return left, bottom, left + widget.width, bottom + widget.height
+
+
+def _top(widget) -> float:
+    return widget.to_window(widget.x, widget.top)[1]
+
+
+def _differ(before, after) -> bool:
+    """Whether both corners do: what has only grown still stands."""
+    dx, dy, dx2, dy2 = (abs(a - b) > dp(8) for a, b in zip(before, after, strict=True))
+    return (dx or dy) and (dx2 or dy2)
+
+
+places = Places()
