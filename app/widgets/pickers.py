@@ -58,8 +58,8 @@ class TimeCells(GridLayout):
 
 
 class TimeSheet(Picker):
-    """Picks a datetime.time: an hour and a minute, in any order, or the button. That is in its body: at the foot a sheet below has its
-    Save, which a second press would reach. On a keyboard 0 6 3 0 is 06:30, and 7 4 5 is 07:45, as no hour begins with 7."""
+    """Picks a datetime.time: an hour and a minute, in any order, or the button. On a keyboard 0 6 3 0 is 06:30, and 7 4 5 is 07:45, as no
+    hour begins with 7."""
 
     hour = NumericProperty(0)
     minute = NumericProperty(0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from datetime import date, time
 
 import pytest
+from kivy.core.window import Window
 
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
@@ -12,6 +13,7 @@ from app.widgets.fields import RepeatButton
 from app.widgets.month import MonthDay
 from app.widgets.pickers import TimeCell
 from app.widgets.rest import SETTLES
+from tests.ui.checks import area, parents, visible_area
 from tests.ui.test_widgets_dialogs import BACKSPACE, ENTER, ESCAPE, press
 
 
@@ -52,6 +54,18 @@ def test_a_time_by_single_minutes(ui, dialogs):
         ui.tap(button)
     ui.tap(ui.find(CommandButton, text="Set 06:00"))
     assert picked == [time(6, 0)]
+
+
+@pytest.mark.parametrize("size", [(1280, 600), (1024, 600), (800, 480)])
+def test_the_button_that_sets_the_time_is_in_sight_in_a_low_window(ui, dialogs, size):
+    before, Window.size = Window.size, size
+    try:
+        dialogs.pick_time("Time", time(6, 30), print)
+        ui.advance(1)
+        button = ui.find(CommandButton, text="Set 06:30")
+        assert visible_area(button, parents(button)) == pytest.approx(area(button), abs=2)
+    finally:
+        Window.size = before
 
 
 @pytest.mark.parametrize("cells", [("07", "45"), ("45", "07"), ("06", "07", "45"), ("40", "45", "07")])
