@@ -61,6 +61,7 @@ class ConnectionSheet(FieldsSheet):
         for name in FIELDS:
             form.fbind(name, lambda *_args: setattr(self, "draft", self._would_be_lost()))
         self.show_facts()
+        self._name_buttons()
 
     # ------------------------------------------------------------------ what each kind does
     @property
@@ -96,25 +97,15 @@ class ConnectionSheet(FieldsSheet):
             return (form.name, *form.connection) != self._entered_first
         return bool(form.password) or form.endpoint != endpoint_of(stored)
 
-    def show_facts(self) -> None:
-        """What is known of it now."""
-        super().show_facts()
-        self._name_buttons()
-
     def _reveal(self, what: str, _form: ConnectionForm, said: str | NoticeView) -> None:
         """In a low window, bring the last message in sight."""
         if said if isinstance(said, str) else said.text:
             Clock.schedule_once(lambda _dt: self.ids.page.scroll_to(self.ids[what]), 0)
 
     def _name_buttons(self, *_args: Any) -> None:
-        """What was refused is tested again first; a failed test can be passed over."""
-        self._tests_first, test = True, _("Test connection")
-        if self._tested is not None and self._found is None:
-            self.foot, self.second = test, _("Save anyway")
-        elif self._tested is None and self.needs_decision():
-            self.foot, self.second = test, ""
-        else:
-            self._tests_first, self.foot, self.second = False, _("Save"), test
+        """A failed test can be passed over. Neither button leaves its place."""
+        has_failed = self._tested is not None and self._found is None
+        self.foot, self.second = _("Save anyway") if has_failed else _("Save"), _("Test connection")
 
     def _edited(self, name: str, *_args: Any) -> None:
         """A field being corrected is no longer red, and an earlier test doesn't apply to new values."""
@@ -143,13 +134,8 @@ class ConnectionSheet(FieldsSheet):
         if not self.vm.testing and self.is_no_other() and self._has_password():
             self._if_it_may_be_open(lambda: self.try_it(lambda: None))
 
-    def on_done(self) -> None:
-        """The button at the foot."""
-        (self.test if self._tests_first else self.save)()
-
     def on_other(self) -> None:
-        """The button next to it."""
-        (self.save if self._tests_first else self.test)()
+        self.test()
 
     def save(self) -> None:
         """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves

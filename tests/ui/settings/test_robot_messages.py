@@ -56,7 +56,7 @@ def test_saving_a_robot_that_needs_a_decision_asks_for_it(site, app, ui):
         taken_over(site, ui, machine)
         machine.seen.clear()
         dialog = refused(ui)
-        assert (dialog.foot, dialog.second) == ("Test connection", "Save anyway")
+        assert (dialog.foot, dialog.second) == ("Save anyway", "Test connection")
         assert dialog.outcome.text == "Nothing was sent to it."
         assert not [text for text in ui.texts() if "B-2" in text]  # nor in the banner
         assert machine.credentials == []
@@ -101,6 +101,6 @@ def test_a_failure_is_in_sight_in_a_low_window(site, app, ui, low):
     dialog = filled_in(app, ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
     dialog.ids.page.scroll_y = 1
     press(ui, "Save", dialog)
-    ui.wait(lambda: dialog.second == "Save anyway")
+    ui.wait(lambda: dialog.foot == "Save anyway")
     ui.advance(1)
     assert is_seen(dialog.ids.password_field)

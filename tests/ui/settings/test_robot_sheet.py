@@ -9,6 +9,7 @@ import pytest
 from app.domain.models import HandOver
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet, marked
+from app.widgets.buttons import CommandButton
 from tests.hostile.capture import capture
 from tests.ui.integrator import add, enter, fill_in, go, item_of, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import PASSWORD, USER
@@ -25,12 +26,28 @@ def refused(site, app, ui) -> RobotSheet:
     return dialog
 
 
-@pytest.mark.parametrize("button", ["Test connection", "Save anyway"])
+@pytest.mark.parametrize("button", ["Test connection", "Save"])
 def test_a_corrected_user_name_alone_is_tested_again(site, ui, refused, button):
     enter(ui, refused.ids.username_field, USER)
     assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")
-    press(ui, button.replace(" anyway", ""), refused)
+    press(ui, button, refused)
     ui.wait(lambda: refused.outcome.tone == "done" or robots(site))
+
+
+def test_a_refusal_leaves_the_buttons_where_they_were(ui, app, site):
+    go(ui, "robots")
+    add(ui, "Add robot")
+    dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
+
+    def buttons() -> list[tuple[str, str, float]]:
+        return [(button.text, button.style, button.x) for button in ui.find_all(CommandButton, root=dialog.ids.foot)]
+
+    (_test, its_style, its_x), (_save, style, x) = before = buttons()
+    assert [text for text, _style, _x in before] == ["Test connection", "Save"]
+    press(ui, "Test connection", dialog)
+    ui.wait(lambda: dialog.vm.password_problem)
+    ui.advance(0.5)
+    assert buttons() == [("Test connection", its_style, its_x), ("Save anyway", style, x)]
 
 
 def test_a_second_press_tests_again_as_it_is(ui, refused):
@@ -43,7 +60,6 @@ def test_a_second_press_tests_again_as_it_is(ui, refused):
 def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, ui, refused):
     site.add_robots()
     ui.wait(lambda: page(app).context.facts.robots)
-    assert (refused.foot, refused.second) == ("Test connection", "Save anyway")  # the first one is filled
     press(ui, "Save anyway", refused)
     assert refused.ids.name_field.problem == "There is a robot Aino already"
     assert (refused.vm.testing, refused.saving) == (False, False)

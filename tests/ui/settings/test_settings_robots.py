@@ -88,7 +88,7 @@ def test_a_robot_that_does_not_answer_can_be_saved_by_a_second_press(site, app, 
             ui, name="Late", address=f"127.0.0.1:{closed.getsockname()[1]}", username=USER, password=PASSWORD
         )
         press(ui, "Save", dialog)
-        ui.wait(lambda: dialog.second == "Save anyway")
+        ui.wait(lambda: dialog.foot == "Save anyway")
         assert says(ui, "refused the connection")
         assert robots(site) == []
         press(ui, "Save anyway", dialog)
