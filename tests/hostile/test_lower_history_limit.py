@@ -46,7 +46,7 @@ def test_the_command_asks_for_yes(data):
     assert '"retry_limit": 10' in run(data, "--export-config", "-").stdout
     confirmed = run(data, "--import-config", file(data, 1), "--yes")
     assert (confirmed.returncode, confirmed.stderr) == (0, "")
-    assert "history limit changed from 100,000 to 1" in confirmed.stdout
+    assert "Runs kept: 100,000 → 1" in confirmed.stdout
     again = run(data, "--import-config", file(data, 1))  # no lower than it is
     assert (again.returncode, again.stdout) == (0, "nothing changed\n")
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime
 from typing import Any, TypeVar
 
-from app.domain.message import Message, message, render
+from app.domain.message import Message, message
 from app.domain.models import FONT_SCALES, KEYBOARDS, THEMES, Between, FleetKind, HandOver, InvalidInput, Overlap
 from app.services.catalogue import checks
 from app.services.catalogue.checks import Check, Number, choice, optional
@@ -19,7 +19,8 @@ _NOTHING = object()
 
 
 class Field:
-    """``name``: the key in words, as a message if sentences name it. ``attribute``: of the object, by default the key; "": none.
+    """``key``: its name in a file. ``label``: its name in sentences, as a form names it. ``attribute``: of the object, by default the key;
+    "": none.
 
     ``check`` takes a value and the field to name in a refusal, and returns its normal form; ``parse`` comes before it
     where a file writes the value in another way. ``required``: "yes", or "new": of a new object only. ``special``:
@@ -29,18 +30,18 @@ class Field:
 
     def __init__(
         self,
-        name: Message,
+        key: str,
         check: Check,
         attribute: str | None = None,
         *,
+        label: Message = "",
         parse: Check | None = None,
         required: str = "",
         special: bool = False,
         omit: object = _NOTHING,
     ) -> None:
-        self.name, self.check, self.parse = name, check, parse
-        self.key = render(name).replace(" ", "_")
-        self.attribute = self.key if attribute is None else attribute
+        self.key, self.label, self.check, self.parse = key, label, check, parse
+        self.attribute = key if attribute is None else attribute
         self.required, self.special, self.omit = required, special, omit
 
 
@@ -174,24 +175,24 @@ def _between(value: Any, path: str) -> Between:
 
 
 SETTINGS: Fields = (
-    Field(message("poll interval seconds"), Number(1, 3600)),
-    Field(message("retry limit"), Number(0, 20)),
-    Field(message("minimum battery percent"), checks.battery),
-    Field(message("working days"), checks.working_days),
-    Field(message("timezone"), checks.timezone),
-    Field(message("start window minutes"), Number(0, 1440)),
-    Field(message("unknown outcome quiet seconds"), Number(5, 600)),
-    Field(message("history limit"), optional(Number(1, 2**63 - 1))),
+    Field("poll_interval_seconds", Number(1, 3600), label=message("Ask the robots every")),
+    Field("retry_limit", Number(0, 20), label=message("Retries when a robot can't be reached")),
+    Field("minimum_battery_percent", checks.battery, label=message("Minimum battery")),
+    Field("working_days", checks.working_days, label=message("Working days")),
+    Field("timezone", checks.timezone, label=message("Time zone")),
+    Field("start_window_minutes", Number(0, 1440), label=message("A mission may start late by")),
+    Field("unknown_outcome_quiet_seconds", Number(5, 600), label=message("Wait after an unknown outcome")),
+    Field("history_limit", optional(Number(1, 2**63 - 1)), label=message("Runs kept")),
 )
 DISPLAY: Fields = (
-    Field(message("language"), checks.language),
-    Field(message("theme"), choice(*THEMES)),
-    Field(message("gloves"), checks.flag),
-    Field(message("font scale percent"), choice(*FONT_SCALES)),
-    Field(message("keyboard"), choice(*KEYBOARDS)),
-    Field(message("alarm sound"), checks.flag),
-    Field(message("dim from"), optional(Number(0, 23))),
-    Field(message("dim until"), Number(0, 23)),
+    Field("language", checks.language, label=message("Language")),
+    Field("theme", choice(*THEMES), label=message("Theme")),
+    Field("gloves", checks.flag, label=message("Glove mode")),
+    Field("font_scale_percent", choice(*FONT_SCALES), label=message("Text size")),
+    Field("keyboard", choice(*KEYBOARDS), label=message("On-screen keyboard")),
+    Field("alarm_sound", checks.flag, label=message("Sound at alarms")),
+    Field("dim_from", optional(Number(0, 23)), label=message("Dim the screen from")),
+    Field("dim_until", Number(0, 23), label=message("Bright again from")),
 )
 DAY: Fields = (
     Field("name", checks.name, required="yes"),
@@ -202,56 +203,76 @@ DAY: Fields = (
     Field("source", lambda value, _field: value or "", parse=optional(checks.name), omit=""),
 )
 CALENDAR: Fields = (
-    Field(message("country"), checks.name_or_empty, "holiday_country", parse=optional(checks.name)),
-    Field(message("region"), checks.name_or_empty, "holiday_subdivision", parse=optional(checks.name)),
+    Field(
+        "country",
+        checks.name_or_empty,
+        "holiday_country",
+        parse=optional(checks.name),
+        label=message("Public holidays"),
+    ),
+    Field("region", checks.name_or_empty, "holiday_subdivision", parse=optional(checks.name), label=message("Region")),
     Field("days", lambda value, path: read_objects(path, value, DAY), "", special=True),
 )
 IDLE: Fields = (
-    Field(message("mission"), checks.name, "mission_id", special=True),
+    Field("mission", checks.name, "mission_id", special=True, label=message("Mission")),
     Field("after_minutes", Number(5, 30)),
-    Field(message("enabled"), checks.flag),
+    Field("enabled", checks.flag, label=message("In use")),
 )
 FLEET: Fields = (
     Field("name", checks.name, required="yes"),
-    Field(message("address"), checks.address, parse=checks.text, required="new"),
-    Field(message("kind"), choice(*FleetKind)),
-    Field(message("username"), checks.username),
-    Field(message("password"), optional(checks.password), "", special=True),
-    Field(message("enabled"), checks.flag),
-    Field(message("certificate sha256"), checks.fingerprint, parse=optional(checks.fingerprint_text), omit=None),
+    Field("address", checks.address, parse=checks.text, required="new", label=message("Address")),
+    Field("kind", choice(*FleetKind), label=message("Kind")),
+    Field("username", checks.username, label=message("User")),
+    Field("password", optional(checks.password), "", special=True, label=message("Password")),
+    Field("enabled", checks.flag, label=message("In use")),
+    Field(
+        "certificate_sha256",
+        checks.fingerprint,
+        parse=optional(checks.fingerprint_text),
+        omit=None,
+        label=message("Certificate fingerprint (SHA-256)"),
+    ),
 )
 ROBOT: Fields = (
     Field("name", checks.name, required="yes"),
-    Field(message("address"), checks.address, parse=checks.text, required="new"),
-    Field(message("username"), checks.username),
-    Field(message("password"), optional(checks.password), "", special=True),
-    Field(message("enabled"), checks.flag),
-    Field(message("certificate sha256"), checks.fingerprint, parse=optional(checks.fingerprint_text), omit=None),
-    Field(message("idle"), optional(lambda value, path: read_object(path, value, IDLE)), special=True),
-    Field(message("hand over"), choice(*HandOver), omit=HandOver.AT_ONCE),
-    Field(message("fleet"), checks.name, special=True, omit=None),
-    Field("vehicle", checks.vehicle, omit=""),
+    Field("address", checks.address, parse=checks.text, required="new", label=message("Address")),
+    Field("username", checks.username, label=message("User")),
+    Field("password", optional(checks.password), "", special=True, label=message("Password")),
+    Field("enabled", checks.flag, label=message("In use")),
+    Field(
+        "certificate_sha256",
+        checks.fingerprint,
+        parse=optional(checks.fingerprint_text),
+        omit=None,
+        label=message("Certificate fingerprint (SHA-256)"),
+    ),
+    Field(
+        "idle", optional(lambda value, path: read_object(path, value, IDLE)), special=True, label=message("When idle")
+    ),
+    Field("hand_over", choice(*HandOver), omit=HandOver.AT_ONCE, label=message("Starts go to the robot")),
+    Field("fleet", checks.name, special=True, omit=None, label=message("Fleet")),
+    Field("vehicle", checks.vehicle, label=message("Id at the fleet"), omit=""),
 )
 # What a robot has of its fleet, so that no file says it of the robot.
 OF_FLEET = ("address", "username", "password", "certificate_sha256")
 GROUP: Fields = (
     Field("name", checks.name, required="yes"),
-    Field(message("robots"), checks.name_list, "members", required="new", special=True),
-    Field(message("hand over"), choice(*HandOver)),
-    Field(message("keep free"), Number(0, 99)),
+    Field("robots", checks.name_list, "members", required="new", special=True, label=message("Robots")),
+    Field("hand_over", choice(*HandOver), label=message("Starts go to a robot")),
+    Field("keep_free", Number(0, 99), label=message("Kept free for urgent")),
 )
 PLACE: Fields = (
     Field("name", checks.name, required="yes"),
-    Field(message("most"), Number(1, 999), required="new"),
+    Field("most", Number(1, 999), required="new", label=message("Robots at a time")),
 )
 MISSION: Fields = (
     Field("name", checks.name, required="yes"),
-    Field(message("guid"), checks.guid, required="new"),
-    Field(message("robot"), optional(checks.name), "robot_id", special=True, omit=None),
-    Field(message("usual minutes"), optional(Number(1, 1440)), omit=None),
-    Field(message("favourite"), checks.flag, omit=False),
-    Field(message("on low battery"), checks.flag, omit=False),
-    Field(message("places"), checks.name_list, "", special=True, omit=[]),
+    Field("guid", checks.guid, required="new", label=message("GUID")),
+    Field("robot", optional(checks.name), "robot_id", special=True, omit=None, label=message("Robots")),
+    Field("usual_minutes", optional(Number(1, 1440)), omit=None, label=message("Usual")),
+    Field("favourite", checks.flag, omit=False, label=message("Favourite")),
+    Field("on_low_battery", checks.flag, omit=False, label=message("May start on a low battery")),
+    Field("places", checks.name_list, "", special=True, omit=[], label=message("Places")),
 )
 BETWEEN: Fields = (
     Field("from", checks.time_of_day, "start", required="yes"),
@@ -259,21 +280,21 @@ BETWEEN: Fields = (
 )
 SCHEDULE: Fields = (
     Field("name", optional(checks.name), special=True),
-    Field(message("robot"), checks.name, "robot_id", special=True, omit=None),
-    Field(message("group"), checks.name, "group_id", special=True, omit=None),
-    Field(message("mission"), checks.name, "mission_id", required="new", special=True),
-    Field(message("start"), checks.start, parse=checks.start_text, required="new"),
-    Field(message("timezone"), checks.timezone),
-    Field(message("recurrence"), optional(checks.recurrence), parse=optional(checks.text)),
-    Field(message("enabled"), checks.flag),
-    Field(message("minimum battery percent"), checks.battery),
-    Field(message("respect working days"), checks.flag),
-    Field(message("between"), optional(checks.between), parse=optional(_between)),
-    Field(message("start window minutes"), optional(Number(0, 1440))),
-    Field(message("finish by minutes"), optional(Number(1, 1440))),
-    Field(message("overlap"), choice(*Overlap)),
-    Field(message("priority"), Number(-(2**31), 2**31 - 1)),
-    Field(message("parameters"), checks.parameters),
+    Field("robot", checks.name, "robot_id", special=True, omit=None, label=message("Robot")),
+    Field("group", checks.name, "group_id", special=True, omit=None, label=message("Group")),
+    Field("mission", checks.name, "mission_id", required="new", special=True, label=message("Mission")),
+    Field("start", checks.start, parse=checks.start_text, required="new", label=message("First start")),
+    Field("timezone", checks.timezone, label=message("Time zone")),
+    Field("recurrence", optional(checks.recurrence), parse=optional(checks.text), label=message("Repeats")),
+    Field("enabled", checks.flag, label=message("Switched on")),
+    Field("minimum_battery_percent", checks.battery, label=message("Min. battery")),
+    Field("respect_working_days", checks.flag, label=message("Any day")),
+    Field("between", optional(checks.between), parse=optional(_between), label=message("Between")),
+    Field("start_window_minutes", optional(Number(0, 1440)), label=message("May start late")),
+    Field("finish_by_minutes", optional(Number(1, 1440)), label=message("Must be done")),
+    Field("overlap", choice(*Overlap), label=message("If still running")),
+    Field("priority", Number(-(2**31), 2**31 - 1), label=message("Priority")),
+    Field("parameters", checks.parameters, label=message("Values")),
 )
 UNLISTED: Fields = (Field("selected_robot_id", optional(Number(-(2**63), 2**63 - 1))),)  # a setting that no file has
 SECTIONS: Mapping[str, Fields] = {

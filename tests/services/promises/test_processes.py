@@ -201,7 +201,7 @@ def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(
         fleet.robots[0].control({"fault": None})
         said, problem = later.communicate(timeout=PATIENCE)
         assert (later.returncode, problem) == (0, "")
-        assert said == "setting retry limit changed from 10 to 7\n"
+        assert said == "Retries when a robot can't be reached: 10 → 7\n"
         assert first.wait(PATIENCE) == 0
         assert len(fleet.robots[0].state()["queue"]) == 1
     finally:

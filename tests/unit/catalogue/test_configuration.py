@@ -22,6 +22,7 @@ from app.domain.models import (
 )
 from app.i18n import translation
 from app.services.catalogue.configuration import FORMAT, export_configuration
+from app.services.catalogue.fields import SECTIONS
 from tests.unit.catalogue.configured import FULL, World, changed
 
 
@@ -35,14 +36,14 @@ def full(tablet):
 # ---------------------------------------------------------------------- what it does
 def test_everything_that_can_be_said_is_taken(tablet):
     assert tablet.take(FULL) == [
-        "setting poll interval seconds changed from 30 to 20",
-        "setting retry limit changed from 10 to 5",
-        "setting minimum battery percent changed from none to 15",
-        "setting working days changed from Mon, Tue, Wed, Thu, Fri to Mon, Tue",
-        "setting timezone changed from UTC to Europe/Helsinki",
-        "setting start window minutes changed from 15 to 30",
-        "setting unknown outcome quiet seconds changed from 90 to 60",
-        "setting history limit changed from 100,000 to none",
+        "Ask the robots every: 30 s → 20 s",
+        "Retries when a robot can't be reached: 10 → 5",
+        "Minimum battery: none → 15 %",
+        "Working days: Mon, Tue, Wed, Thu, Fri → Mon, Tue",
+        "Time zone: UTC → Europe/Helsinki",
+        "A mission may start late by: 15 min → 30 min",
+        "Wait after an unknown outcome: 90 s → 60 s",
+        "Runs kept: 100,000 → All",
         "robot R1 added",
         "robot R2 added",
         "mission Deliver added",
@@ -84,7 +85,7 @@ def test_everything_that_can_be_said_is_taken(tablet):
 def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(tablet):
     finnish = translation("fi").gettext
     lines = [render(line, finnish) for line in tablet.take_in_parts(changed("settings.minimum_battery_percent", 12.5))]
-    assert lines[2] == "asetus muuttui – akun alaraja (%): ei asetettu → 12,5"
+    assert lines[2] == "Akun alaraja: ei asetettu → 12,5 %"
     assert lines[8:14] == [
         "robotti R1 lisätty",
         "robotti R2 lisätty",
@@ -99,11 +100,11 @@ def test_changes_by_an_import_are_reported_in_the_language_of_the_screen(tablet)
         "schedules": [{"name": "Morning", "start": "2026-11-24T09:00", "overlap": "skip", "recurrence": "FREQ=HOURLY"}],
     }
     assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
-        "robotti R1 muuttui: osoite 192.168.12.20 → 10.0.0.9, käyttäjätunnus distributor → else, käytössä kyllä → ei. "
+        "robotti R1 muuttui: Osoite 192.168.12.20 → 10.0.0.9, Käyttäjä distributor → else, Käytössä kyllä → ei. "
         "Se on poissa käytöstä ja tarvitsee salasanan",
-        "ajastus Morning muuttui: aloitusaika 23.11.2026 09.30 → 24.11.2026 09.00, "
-        "toisto 30 minuutin välein klo 08.30–16.45, vain ma, ke, pe → Joka tunti klo 08.30–16.45, "
-        "päällekkäiset suoritukset Odottaa → Ei ajettu",
+        "ajastus Morning muuttui: Ensimmäinen aloitus 23.11.2026 09.30 → 24.11.2026 09.00, "
+        "Toistuu 30 minuutin välein klo 08.30–16.45, vain ma, ke, pe → Joka tunti klo 08.30–16.45, "
+        "Jos vielä ajossa Odottaa → Ei ajettu",
     ]
 
 
@@ -111,9 +112,9 @@ def test_what_is_chosen_is_named_by_the_words_of_the_screen(tablet):
     again = {"format": FORMAT, "display": {"theme": "dark", "keyboard": "off"}, "settings": {"history_limit": 20000}}
     finnish = translation("fi").gettext
     assert [render(line, finnish) for line in tablet.take_in_parts(again)] == [
-        "asetus muuttui – säilytettävät suoritukset: 100\u00a0000 → 20\u00a0000",
-        "asetus muuttui – teema: Vaalea → Tumma",
-        "asetus muuttui – näyttönäppäimistö: Tarvittaessa → Ei koskaan",
+        "Säilytettävät ajot: 100\u00a0000 → 20\u00a0000",
+        "Teema: Vaalea → Tumma",
+        "Näyttönäppäimistö: Tarvittaessa → Ei koskaan",
     ]
 
 
@@ -171,7 +172,7 @@ def test_an_import_after_deleting_a_robot_plans_on_the_robots_it_names(tablet):
 def test_keys_in_the_file_are_set_and_the_others_stay(full):
     before = full.robots["R1"]
     moved = {"name": "R1", "address": "10.0.0.9", "password": "secret"}
-    assert full.take(robots=[moved]) == ["robot R1 changed: address from 192.168.12.20 to 10.0.0.9"]
+    assert full.take(robots=[moved]) == ["robot R1 changed: Address 192.168.12.20 → 10.0.0.9"]
     assert full.robots["R1"] == replace(before, address="http://10.0.0.9")
     morning = full.schedules["Morning"]
     lines = full.take(
@@ -186,7 +187,7 @@ def test_keys_in_the_file_are_set_and_the_others_stay(full):
             }
         ]
     )
-    assert lines == ["schedule Morning changed: between from 08:30–16:45 to none, priority from 3 to 1, robot, mission"]
+    assert lines == ["schedule Morning changed: Between 08:30–16:45 → none, Priority 3 → 1, Robot, Mission"]
     after = full.schedules["Morning"]
     assert (after.priority, after.between, after.parameters, after.overlap) == (
         1,
@@ -195,8 +196,8 @@ def test_keys_in_the_file_are_set_and_the_others_stay(full):
         morning.overlap,
     )
     assert after.robot_id == full.robots["R2"].id
-    assert full.take(robots=[{"name": "R1", "address": "10.0.0.9", "idle": None}]) == ["robot R1 changed: idle"]
-    assert full.take(missions=[{"name": "Deliver", "guid": "new"}]) == ["mission Deliver changed: guid"]
+    assert full.take(robots=[{"name": "R1", "address": "10.0.0.9", "idle": None}]) == ["robot R1 changed: When idle"]
+    assert full.take(missions=[{"name": "Deliver", "guid": "new"}]) == ["mission Deliver changed: GUID"]
 
 
 GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places": [{"name": "Dock", "most": 2}]}
@@ -208,28 +209,28 @@ GROUP_AND_PLACE = {"groups": [{"name": "Hall", "robots": ["R1", "R2"]}], "places
         (
             "robots",
             {"name": "R2", "hand_over": "when_free"},
-            ["robot R2 changed: hand over from At once to When it is free"],
+            ["robot R2 changed: Starts go to the robot At once → When it is free"],
         ),
-        ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: idle"]),
-        ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: favourite from no to yes"]),
+        ("robots", {"name": "R1", "idle": {"after_minutes": 9}}, ["robot R1 changed: When idle"]),
+        ("missions", {"name": "Deliver", "favourite": True}, ["mission Deliver changed: Favourite no → yes"]),
         (
             "missions",
             {"name": "Home", "robot": "R1", "usual_minutes": 3},
-            ["mission Home of R1 changed: usual minutes from none to 3"],
+            ["mission Home of R1 changed: Usual none → 3 min"],
         ),
         (
             "groups",
             {"name": "Hall", "hand_over": "at_once"},
-            ["group Hall changed: hand over from When it is free to At once"],
+            ["group Hall changed: Starts go to a robot When it is free → At once"],
         ),
         ("places", {"name": "Dock"}, []),
-        ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: enabled from yes to no"]),
-        ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: mission"]),
-        ("schedules", {"name": "Morning", "robot": "R2"}, ["schedule Morning changed: robot"]),
+        ("schedules", {"name": "Morning", "enabled": False}, ["schedule Morning changed: Switched on yes → no"]),
+        ("schedules", {"name": "Morning", "mission": "Home"}, ["schedule Morning changed: Mission"]),
+        ("schedules", {"name": "Morning", "robot": "R2"}, ["schedule Morning changed: Robot"]),
         (
             "schedules",
             {"name": "Morning", "group": "Hall", "overlap": "parallel"},
-            ["schedule Morning changed: overlap from Waits to Beside it, robot, group"],
+            ["schedule Morning changed: If still running Waits → Beside it, Robot, Group"],
         ),
     ],
 )
@@ -317,14 +318,14 @@ def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(tablet):
     assert tablet.take(robots=[robot]) == ["robot R1 added, it is switched off and needs a password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (False, True)
     assert tablet.take(robots=[robot]) == []
-    assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: enabled from no to yes, password"]
+    assert tablet.take(robots=[{**robot, "password": "x"}]) == ["robot R1 changed: In use no → yes, Password"]
     assert (tablet.robots["R1"].enabled, tablet.robots["R1"].needs_password) == (True, False)
     assert tablet.take(robots=[{**robot, "username": "b"}]) == [
-        "robot R1 changed: username from a to b, enabled from yes to no. It is switched off and needs a password"
+        "robot R1 changed: User a → b, In use yes → no. It is switched off and needs a password"
     ]
     assert tablet.robots["R1"].token is None
     assert tablet.take(robots=[{**robot, "username": "b", "address": "10.0.0.2"}]) == [
-        "robot R1 changed: address from 10.0.0.1 to 10.0.0.2. It is switched off and needs a password"
+        "robot R1 changed: Address 10.0.0.1 → 10.0.0.2. It is switched off and needs a password"
     ]  # it still does
 
 
@@ -395,7 +396,7 @@ def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(tabl
         tablet.take(document)
     tablet.take({**document, "settings": {"working_days": ["SU"]}})
     assert tablet.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [
-        "setting working days changed from Sun to Mon"
+        "Working days: Sun → Mon"
     ]  # an unchanged one is not judged again
 
 
@@ -433,9 +434,7 @@ def test_a_typed_duration_travels_and_is_omitted_where_there_is_none(tablet, tmp
     assert other.export()["missions"] == exported["missions"]
     other.db.close()
     assert tablet.take(FULL) == []  # not said: it stays
-    assert tablet.take(changed("missions.0.usual_minutes", None)) == [
-        "mission Deliver changed: usual minutes from 25 to none"
-    ]
+    assert tablet.take(changed("missions.0.usual_minutes", None)) == ["mission Deliver changed: Usual 25 min → none"]
     assert tablet.export()["missions"] == FULL["missions"]
 
 
@@ -458,7 +457,7 @@ def test_a_mission_uses_the_places_that_a_file_names_and_no_others(tablet):
     }
     tablet.take(document)
     assert tablet.take(document) == []
-    assert tablet.take(missions=[{"name": "M", "guid": "g", "places": ["B", "C"]}]) == ["mission M changed: places"]
+    assert tablet.take(missions=[{"name": "M", "guid": "g", "places": ["B", "C"]}]) == ["mission M changed: Places"]
     assert [mission["places"] for mission in tablet.export()["missions"]] == [["B", "C"], ["A"]]
     tablet.take(missions=[{"name": "M", "guid": "g"}])
     assert tablet.export()["missions"][0]["places"] == ["B", "C"]
@@ -470,3 +469,15 @@ def test_a_mission_uses_the_places_that_a_file_names_and_no_others(tablet):
 def test_a_file_with_the_mark_of_its_encoding_is_read(tablet, encoding):
     tablet.take(json.dumps(FULL, ensure_ascii=False).encode(encoding))
     assert tablet.schedules["Morning"].parameters == FULL["schedules"][0]["parameters"]
+
+
+def test_a_setting_of_the_opposite_sense_is_said_as_the_form_says_it(tablet):
+    tablet.take(FULL)
+    again = {"name": "Morning", "respect_working_days": not tablet.schedules["Morning"].respect_working_days}
+    any_day = ("no", "yes") if tablet.schedules["Morning"].respect_working_days else ("yes", "no")
+    assert tablet.take(schedules=[again]) == ["schedule Morning changed: Any day {} → {}".format(*any_day)]
+
+
+def test_no_sentence_has_a_key_of_the_file_in_it():
+    labels = [field.label for fields in SECTIONS.values() for field in fields if field.key not in ("name", "days")]
+    assert not [label for label in map(render, labels) if not label or "_" in label or label[0].islower()]

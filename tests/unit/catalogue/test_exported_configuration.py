@@ -205,10 +205,10 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet,
     exported = tablet.export()
     other = World(tmp_path / "other")
     lines = other.take(exported)  # a Saturday that would be refused without its day
-    assert [line for line in lines if "days" in line or "region" in line or "gloves" in line] == [
-        "setting working days changed from Mon, Tue, Wed, Thu, Fri to Mon, Tue",
-        "setting gloves changed from no to yes",
-        "setting region changed from none to BY",
+    assert [line for line in lines if "days " in line or "Working" in line or "Region" in line or "mode" in line] == [
+        "Working days: Mon, Tue, Wed, Thu, Fri → Mon, Tue",
+        "Glove mode: no → yes",
+        "Region: none → BY",
         "closed days added: Inventory",
         "extra working days added: Saturday",
     ]
@@ -264,8 +264,8 @@ def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(
 def test_another_country_has_no_region_of_the_former(tablet):
     tablet.take({"format": FULL["format"], "calendar": {"country": "DE", "region": "BY"}})
     assert tablet.take({"format": FULL["format"], "calendar": {"country": "FI"}}) == [
-        "setting country changed from DE to FI",
-        "setting region changed from BY to none",
+        "Public holidays: DE → FI",
+        "Region: BY → none",
     ]
     assert json.loads(export_configuration(tablet.db.read()))["calendar"] == {
         "country": "FI",

@@ -55,7 +55,7 @@ def test_without_a_password_a_fleet_is_off_and_says_so_once(tablet):
     assert lines == ["fleet Hall added, it is switched off and needs a password", "robot Bella added"]
     assert not tablet.robots["Bella"].enabled
     assert tablet.take(fleets=[{"name": "Hall", "password": "secret"}]) == [
-        "fleet Hall changed: enabled from no to yes, password"
+        "fleet Hall changed: In use no → yes, Password"
     ]
     assert tablet.robots["Bella"].enabled
 
@@ -63,7 +63,7 @@ def test_without_a_password_a_fleet_is_off_and_says_so_once(tablet):
 def test_a_changed_connection_is_said_of_the_fleet(hall):
     hall.take(fleets=[{"name": "Hall", "address": "https://10.0.0.50", "password": "new"}])
     assert hall.take(fleets=[{"name": "Hall", "address": "http://10.0.0.50", "password": "other"}], robots=[ROBOT]) == [
-        "fleet Hall changed: address from https://10.0.0.50 to 10.0.0.50, password",
+        "fleet Hall changed: Address https://10.0.0.50 → 10.0.0.50, Password",
         "the connection to fleet Hall is no longer encrypted",
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import datetime
+from datetime import datetime, time
 from functools import partial, reduce
 from types import MappingProxyType
 
@@ -25,6 +25,9 @@ WORDS: Mapping[str, Mapping[object, Message]] = MappingProxyType(
             Overlap.PARALLEL: message("Beside it"),
         },
         "hand_over": {HandOver.AT_ONCE: message("At once"), HandOver.WHEN_FREE: message("When it is free")},
+        "respect_working_days": {True: message("no"), False: message("yes")},
+        "history_limit": {None: message("All")},
+        "dim_from": {None: message("Never")},
     }
 )  # of values, by attribute
 
@@ -64,10 +67,10 @@ def _changes(before: object, after: object, fields: Fields) -> Iterator[Message]
     """With both values, unless those are long or belong to other objects."""
     for field in differing(before, after, fields):
         if field.special or field.attribute in LONG:
-            yield field.name
+            yield field.label
         else:
             was, is_now = (_value(each, field) for each in (before, after))
-            yield message("{name} from {before} to {after}", name=field.name, before=was, after=is_now)
+            yield message("{name} {before} → {after}", name=field.label, before=was, after=is_now)
 
 
 def _value(of: object, field: Field) -> object:
@@ -96,7 +99,7 @@ def _of_connection(
 ) -> Iterator[Message]:
     has_new_password = after.token not in (None, before and before.token)
     kind = f"{kind}.waiting" if after.needs_password else kind
-    yield from line(kind, before, after, [message("password")] * has_new_password, name=after.name)
+    yield from line(kind, before, after, [message("Password")] * has_new_password, name=after.name)
     if before is None:
         return
     if before.address.startswith("https:") and after.address.startswith("http:"):
@@ -107,27 +110,42 @@ def _of_connection(
 
 def of_setting(field: Field, before: object, after: object) -> Message:
     was, is_now = (_value(each, field) for each in (before, after))
-    return message("setting {name} changed from {before} to {after}", name=field.name, before=was, after=is_now)
+    return message("{name}: {before} → {after}", name=field.label, before=was, after=is_now)
 
 
 def _shown(attribute: str, value: object) -> object:
     """As screens write it."""
+    words = WORDS.get(attribute, {})
     match value:
+        case _ if value in words:
+            return words[value]
         case None | "":
             return message("none")
         case bool():
             return message("yes") if value else message("no")
-        case int():
-            return partial(writing.count, value)
+        case int() if attribute.startswith("dim_"):
+            return partial(writing.time_of_day, time(value))
+        case int() | float():
+            return _measured(attribute, partial(writing.count, value) if isinstance(value, int) else value)
         case datetime():
             return partial(writing.end_in_words, value)
         case Between(start, end):
             return partial(writing.times, start, end)
         case tuple():
             return partial(sentences.weekdays, value)
-        case str() if attribute not in WORDS:
-            return value.removeprefix("http://")
-    return WORDS.get(attribute, {}).get(value, value)
+    return value.removeprefix("http://") if isinstance(value, str) else value
+
+
+def _measured(attribute: str, n: object) -> object:
+    """With its unit."""
+    match attribute.rpartition("_")[2]:
+        case "minutes":
+            return message("{n} min", n=n)
+        case "seconds":
+            return message("{n} s", n=n)
+        case "percent":
+            return message("{n} %", n=n)
+    return n
 
 
 def stops_a_robot(line: Message) -> bool:

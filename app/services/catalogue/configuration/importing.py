@@ -270,7 +270,7 @@ class _Import:
         if stored is None:
             item.check_new()
         saved = mission_edit.save(self._edit, replace(stored or Mission(name, "", robot_id=robot_id), **item.changes))
-        more = [message("places")] * self._uses(saved, item)
+        more = [message("Places")] * self._uses(saved, item)
         if robot is None:
             return import_lines.line("missions", stored, saved, more, name=name)
         return import_lines.line("missions.own", stored, saved, more, name=name, robot=robot.name)
