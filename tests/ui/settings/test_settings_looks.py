@@ -140,7 +140,7 @@ def test_the_sheets_of_a_fleet_and_its_robots_keep_to_it_too(rig, ui, show):
         assert len(looks.words(ui.find(Frame))) + len(looks.words(sheet)) <= WITH_SHEET
 
 
-@pytest.mark.parametrize("kind", ["good", "odd"])
+@pytest.mark.parametrize("kind", ["good", pytest.param("odd", marks=pytest.mark.long)])
 def test_a_check_up_keeps_to_it_too(rig, ui, kind):
     plant = Checked(rig, Sisu=found(kind))
     check_up = plant.opened(rig, "Sisu")
