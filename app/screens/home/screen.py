@@ -25,7 +25,7 @@ from app.screens.home.card import battery_words, can_reset
 from app.screens.home.cards import HomeEmpty, HomeLow, HomeSmall, HomeTall, HomeWide, MapPage
 from app.screens.home.commands import HomeCommands, ResetReport, foot_of
 from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, read
-from app.screens.home.fleet_model import FleetViewModel
+from app.screens.home.fleet_model import READ_EVERY, FleetViewModel
 from app.screens.home.fleet_page import FleetPage
 from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
@@ -89,6 +89,7 @@ class HomeViewModel(HomeCommands, ViewModel):
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self.started.open())
+        self.every(READ_EVERY, self._read_mates)
         self._reset.forget()
         self.keep(self._reader.start())
         self.every(1, self._tick)
@@ -124,6 +125,13 @@ class HomeViewModel(HomeCommands, ViewModel):
             self._is_plan_old = True
             self._reader.request()
         self._show()
+
+    def _read_mates(self) -> None:
+        """While any robot of a fleet is shown, which are free is as new as on the page of all robots."""
+        robot = self.facts.robot
+        for each in self.facts.robots:
+            if robot is not None and robot.is_any and each.fleet_id == robot.fleet_id:
+                self._services.engine.poll(each.id)
 
     def retranslated(self) -> None:
         self._show()

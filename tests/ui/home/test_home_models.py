@@ -11,7 +11,9 @@ import pytest
 from app.domain.models import Group, State
 from app.screens.home import commands
 from app.screens.home.commands import ResetReport
+from app.screens.home.screen import HomeViewModel
 from app.screens.home.waiting_model import READ_EVERY, WaitingModel
+from tests.support import fleet_facts
 from tests.support.clock import VirtualClock
 from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution, with_aino
 
@@ -48,3 +50,15 @@ def test_a_start_just_handed_to_a_robot_is_read_again_until_it_is_over():
     assert any(model.is_old() for _second in range(READ_EVERY))
     model.take(FACTS)
     assert not any(model.is_old() for _second in range(READ_EVERY))
+
+
+@pytest.mark.parametrize(("selected", "asked"), [(fleet_facts.ANY.id, [10, 11, 12]), (11, [])])
+def test_while_any_robot_of_a_fleet_is_shown_its_robots_are_read_again(selected, asked):
+    facts = fleet_facts.of_fleet(READY, READY)
+    polled: list[int] = []
+    page = SimpleNamespace(
+        facts=replace(facts.about(selected), robots=(*facts.robots, AINO)),
+        _services=SimpleNamespace(engine=SimpleNamespace(poll=polled.append)),
+    )
+    HomeViewModel._read_mates(page)
+    assert polled == asked
