@@ -115,8 +115,8 @@ def profile_of(text: str) -> RobotProfile:
     """Of its JSON. Raises ValueError, TypeError or LookupError."""
     found = _object(json.loads(text))
     latency, rest, ignores = found.pop("latency"), found.pop("rest"), found.pop("ignores")
-    for name in ("serial_number", "software", "token_field", "cancelled_message", "timezone"):
-        _check(found[name], str)
+    for name in ("serial_number", "software", "token_field", "cancelled_message", "timezone", "own_key"):
+        _check(found.get(name), str)
     for name in ("has_search", "gives_id", "priority_counts"):
         _check(found[name], bool)
     for name in ("page_limit", "order_status"):

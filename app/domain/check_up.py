@@ -91,7 +91,7 @@ class RobotProfile:
     requests without an answer, 0–1. rest: the load that it does not bear, if found. priority_counts: whether an item of
     higher priority begins before an earlier one. quiet_s, timeout_s: derived from the latency: quiet time after an
     unknown outcome, and time-out of a whole answer, in seconds. ended_shown_s: for how long a fleet that is asked for
-    orders by id shows those that have ended, at least.
+    orders by id shows those that have ended, at least. own_key: what its lists of orders call the app's API key.
     """
 
     serial_number: str | None
@@ -113,6 +113,7 @@ class RobotProfile:
     quiet_s: float | None = None
     timeout_s: float | None = None
     ended_shown_s: float | None = None
+    own_key: str | None = None
 
     def is_of(self, serial_number: str | None, software: str | None) -> bool:
         """Whether it is of this machine with its present software."""

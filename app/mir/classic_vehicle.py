@@ -191,6 +191,9 @@ class ClassicVehicle(ClassicRequests):
         self._followed.add(number)
         return number
 
+    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
+        """Needs nothing: its orders are numbered."""
+
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """With the robot's own message where the order failed and the robot can be reached."""
         found = self._get(f"{ORDERS}/{queue_id}", parse_order)

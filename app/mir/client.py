@@ -110,6 +110,9 @@ class RobotClient(VerifiedRequests):
         except (Unreadable, NotAMir):
             raise Unnumbered(address=self.address.netloc) from None
 
+    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
+        """Needs nothing: its orders are numbered."""
+
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
         item = self._get(

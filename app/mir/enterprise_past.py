@@ -30,14 +30,14 @@ _KEYS = ("api-key-guid", "api-key-name")
 
 
 class Sent(NamedTuple):
-    """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent. ``at``: when that was, in seconds,
-    and ``date`` by the fleet, if it says so."""
+    """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent; None: an earlier run of the
+    app has sent it. ``at``: when that was, in seconds, and ``date`` by the fleet, if it says so."""
 
     mission: str
     vehicle: str
-    before: frozenset[str]
+    before: frozenset[str] | None
     at: float
-    date: datetime | None
+    date: datetime | None = None
 
 
 class PastOrders:
@@ -68,8 +68,15 @@ class PastOrders:
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
         before = frozenset(_id(row) for row in self.rows(0.0))
+        self._note(token, Sent(mission, vehicle, before, self._clock(), self._notes.time))
+
+    def note_earlier(self, token: str, mission: str, vehicle: str, ago: float) -> None:
+        """An earlier run of the app has sent this order, at most so many seconds ago."""
+        self._note(token, Sent(mission, vehicle, None, self._clock() - ago))
+
+    def _note(self, token: str, new: Sent) -> None:
         sent = self._notes.sent
-        sent.setdefault(token, Sent(mission, vehicle, before, self._clock(), self._notes.time))
+        sent.setdefault(token, new)
         for old in list(sent)[:-MOST_REMEMBERED]:
             sent.pop(old, None)
 
@@ -117,10 +124,11 @@ class PastOrders:
         """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
         Ambiguous if several may be meant."""
         rows, known, sent = {_id(row): row for row in self.rows()}, self._notes.phases, self._notes.sent.get(token)
+        since = self._since(sent) if sent is not None else None
         if known.get(token) not in rows and sent is not None and self._clock() - sent.at > LISTED_FOR:
-            if sent.date is None:
+            if since is None:
                 raise Ambiguous(problem=message("what has ended more than an hour ago can't be told"))
-            rows |= {_id(row): row for row in self._ask_since(sent.date - CLOCK_STEPS)}
+            rows |= {_id(row): row for row in self._ask_since(since)}
         if token in known:
             return rows.get(known[token])
         others = {phase for of, phase in list(known.items()) if of != token}
@@ -128,13 +136,34 @@ class PastOrders:
         free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle, own)}
         if not free:
             return None
-        if sent is None or len(free) > 1:
+        newer = free
+        if sent is not None and sent.before is None:
+            newer = {key: row for key, row in free.items() if since is not None and _is_made_since(row, since)}
+        if sent is None or len(newer) != 1:
             raise Ambiguous(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
-        ((phase_id, row),) = free.items()
+        ((phase_id, row),) = newer.items()
         if not own or _key(row) != own:
             raise Ambiguous(problem=message("whether an ended order is the app's can't be told"))
         self.remember(token, phase_id)
         return row
+
+    def _since(self, sent: Sent) -> datetime | None:
+        """The fleet's time before which it was certainly not sent, unless a clock was set since. None: not known."""
+        now = self._notes.time
+        date = sent.date or (now and now - timedelta(seconds=self._clock() - sent.at))
+        return date and date - CLOCK_STEPS
+
+    def key_of(self, mission: str, vehicle: str) -> str | None:
+        """What lists call the app's key, by the order that it has just made. None: not certain."""
+        rows = [row for row in self.rows(0.0) if (row.get("mission-id"), row.get("robot-id")) == (mission, vehicle)]
+        now = self._notes.time
+        keys = {_key(row) for row in rows if now is not None and _is_made_since(row, now - CLOCK_STEPS)}
+        return keys.pop() or None if len(keys) == 1 else None
+
+
+def _is_made_since(row: Mapping[str, object], since: datetime) -> bool:
+    made = parse.instant(row.get("order-created"))
+    return made is not None and made.replace(tzinfo=UTC) >= since
 
 
 def _id(row: Mapping[str, object]) -> str:
@@ -147,11 +176,11 @@ def _key(row: Mapping[str, object]) -> str:
 
 
 def _may_be(row: parse.Object, sent: Sent | None, key: str, vehicle: str, own: str) -> bool:
-    """Of an order that an earlier run of the app has sent only the robot is known."""
+    """Only the robot counts where no more is known of the order than its id."""
     made_by = _key(row)
     if (made_by and own and made_by != own) or (not made_by and any(name in row for name in _KEYS)):
         return False
     robot = sent.vehicle if sent else vehicle
     if robot and row.get("robot-id") not in (robot, None):
         return False
-    return sent is None or (row.get("mission-id") == sent.mission and key not in sent.before)
+    return sent is None or (row.get("mission-id") == sent.mission and key not in (sent.before or ()))

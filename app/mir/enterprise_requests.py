@@ -62,12 +62,14 @@ class EnterpriseRequests(RestRequests):
         **options: Any,
     ) -> None:
         super().__init__(address, token, clock=connection.clock, pace=connection.pace, **options)
-        self.fleet_identity, self._connection = fleet_identity, connection
+        self.fleet_identity, self._connection, self._key = fleet_identity, connection, token
         self.use_profile(profile)
 
     def use_profile(self, profile: RobotProfile | None) -> None:
         profile = profile or NOTHING_KNOWN
         self.pace.rest, self.timeouts = profile.rest, Timeouts().at_least(profile.timeout_s)
+        if profile.own_key is not None:
+            self._connection.notes.own_keys.setdefault(self._key, profile.own_key)
 
     # ------------------------------------------------------------------ who it is
     def _version(self, within: float = KNOWN_FOR) -> Version:

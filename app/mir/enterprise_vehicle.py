@@ -270,6 +270,13 @@ class EnterpriseVehicle(EnterpriseRequests):
             self._past.remember(token, phase_id)
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
+    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
+        self._past.note_earlier(token, mission_guid, "" if self._is_any else self.vehicle, ago)
+
+    def own_key(self, mission_guid: str) -> str | None:
+        """What lists of orders call the app's key, by the order for this robot that it has just made and deleted."""
+        return self._past.key_of(mission_guid, self.vehicle)
+
     def ended_shown_for(self) -> float:
         """Seconds for which it shows an order that has ended, at least, as far as can be seen now."""
         if not self.finds_by_id:  # what another run of the app has sent is looked for among those of the last hour

@@ -88,6 +88,10 @@ class Target(Protocol):
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """Raises Rejected with status 404 when there is no such order (any more)."""
 
+    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
+        """An earlier run of the app has sent this order, at most so many seconds ago: needed by a target that does not
+        show tokens of those that have ended."""
+
     def open_items(self) -> list[QueueItem]:
         """Everything of this robot that is pending or executing, of the app and of others, by ascending id."""
 

@@ -22,10 +22,11 @@ from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
 from app.services.dispatch.duplicates import Duplicates
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
+from mir_sim.fleets.enterprise_orders import Origin
 from mir_sim.fleets.orders import OrderState
 from mir_sim.site import DISTRIBUTOR
 from tests.support.network import Fate
-from tests.support.site import FLEET, USER, Site
+from tests.support.site import FLEET, GUIDS, USER, Site
 
 
 @pytest.fixture
@@ -267,26 +268,34 @@ def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehi
         )
 
 
-@pytest.mark.parametrize("window", [60, 600])
-def test_what_ended_while_the_app_was_off_is_soon_given_up_where_it_can_not_be_found(tmp_path, window):
-    """By software before 1.5. Its answer was lost, and the app was killed."""
+def started(tmp_path, window, fate=None, after=0.5):
+    """Fleet software before 1.5. A start is sent, and after some seconds the app is killed."""
     site = Site(tmp_path, target="enterprise")
     site.fleet.knobs = replace(site.fleet.knobs, version="1.4.2")
     (robot,) = site.add_robots()
     site.add_mission()
     site.run(10)
     planned(site, robot, window)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: len(list(site.fleet.phases())) == 1)
-    site.run(0.5)
+    if fate is not None:
+        site.network.next("POST", "/mission_queue", fate)
+    site.run_until(lambda: site.executions() and site.executions()[0].attempts)
+    site.run(after)
     site.switch_off(cleanly=False)
+    return site
+
+
+@pytest.mark.parametrize("window", [60, 600])
+def test_what_ended_while_the_app_was_off_is_soon_given_up_where_it_can_not_be_found(tmp_path, monkeypatch, window):
+    """Nothing tells the app's orders from those of others."""
+    monkeypatch.setattr(Site, "_own_key", None)
+    site = started(tmp_path, window, Fate.ANSWER_LOST)
     site.clock.advance(300)
     site.switch_on()
     site.run(300)
     (row,) = site.executions()
     assert (row.state, row.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
     assert sentence(row.reason, "UTC").endswith(
-        "does not show what became of it: which of 1 ended orders is meant can't be told"
+        "does not show what became of it: whether an ended order is the app's can't be told"
     )
     assert not any(alarm.code == "not_a_robot" for alarm in site.container.alarms.open())
     site.switch_off()
@@ -299,3 +308,34 @@ def test_what_a_fleet_can_not_cancel_is_not_tried(runs):
     about = Duplicates(client, SimpleNamespace(ledger=None), SimpleNamespace())
     assert about.cancel(7, SimpleNamespace(token=""), runs=runs) is not runs
     assert asked == ([] if runs else [7])
+
+
+@pytest.mark.parametrize("off", [300, 7200])
+@pytest.mark.parametrize(("fate", "after"), [(Fate.ANSWER_LOST, 0.5), (None, 0.5), (None, 5.0)])
+def test_what_ended_while_the_app_was_off_is_found(tmp_path, fate, after, off):
+    site = started(tmp_path, 600, fate, after)
+    site.clock.advance(off)
+    site.switch_on()
+    site.run(300)
+    (row,) = site.executions()
+    assert (row.state, len(site.queue("R1"))) == (State.COMPLETED, 1)
+    site.switch_off()
+
+
+@pytest.mark.parametrize(("others", "state", "runs"), [(0, State.COMPLETED, 1), (2, State.FAILED, 0)])
+def test_what_did_not_arrive_before_the_app_was_killed_is_sent_again_only_if_that_is_certain(
+    tmp_path, others, state, runs
+):
+    """Other orders of the app for the same mission and robot have ended since."""
+    site = started(tmp_path, 600, Fate.LOST)
+    for _ in range(others):
+        order = site.fleet.order_of_somebody(GUIDS["Deliver"], site.fleet.vehicles[0])
+        order.origin = Origin.of_key("Scheduler")
+        site.clock.advance(100)
+        site.fleet.catch_up()
+    site.clock.advance(60)
+    site.switch_on()
+    site.run(400)
+    (row,) = site.executions()
+    assert (row.state, len(site.queue("R1")) - others) == (state, runs)
+    site.switch_off()

@@ -39,6 +39,7 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.live.changes import Topic
 from mir_sim import MISSIONS, Profile, SimulatedRobot
 from mir_sim.fleets.enterprise import EnterpriseFleet
+from mir_sim.fleets.enterprise_orders import API_KEYS, Origin
 from mir_sim.machine import Machine
 from tests.support import targets
 from tests.support.clock import VirtualClock
@@ -259,10 +260,14 @@ class Site:
         found = (
             RobotProfile(self.identity, None, token_field=self._token_field)
             if is_classic
-            else RobotProfile(self.identity, None, ended_shown_s=self._ended_shown_s)
+            else RobotProfile(self.identity, None, ended_shown_s=self._ended_shown_s, own_key=self._own_key)
         )
         self.container.db.write(lambda c: FleetRepository().update(c, replace(fleet, profile=found)))
         return fleet
+
+    @property
+    def _own_key(self) -> str | None:
+        return Origin.of_key(API_KEYS["mir_scheduler"]).api_key_guid
 
     @property
     def _ended_shown_s(self) -> float:

@@ -145,6 +145,9 @@ class EnterpriseOrders:
         phase = enterprise_vocabulary.phase_of(token)
         return self._robot.get(f"{ORDER}/{segment(token)}"), self._robot.get(f"/order/{segment(phase)}")
 
+    def own_key(self, left: LeftBehind) -> str | None:
+        return self._client.own_key(left.queued or "")
+
     def delete(self, seen: Seen) -> Answer:
         return self._robot.ask("DELETE", f"{ORDER}/{segment(seen.key)}", at_once=True)
 

@@ -271,6 +271,8 @@ class OrderTrial:
         for each in self._orders.of(left):
             if each.word not in ORDER_STATES and isinstance(self._orders, ClassicOrders):
                 session.facts.setdefault("item_states", {}).setdefault(each.word, QueueState.ABORTED.value)
+        if isinstance(self._orders, EnterpriseOrders) and not self._orders.finds_by_id:
+            session.facts["own_key"] = self._orders.own_key(left)
         if isinstance(self._orders, EnterpriseOrders) and self._orders.finds_by_id:
             _order, phase = self._orders.found_by_id(left.tokens[0])
             if not phase.checked(404, 410).is_good:

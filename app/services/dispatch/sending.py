@@ -53,7 +53,7 @@ from app.services.dispatch.observation import Observation
 from app.services.dispatch.timing import INTENT_LEAD, RECHECK, RECONCILE_EVERY
 from app.services.dispatch.waiting import Waiting
 from app.services.executions import transitions
-from app.services.executions.transitions import Event, Transition, is_other_machine
+from app.services.executions.transitions import WITH_THE_ROBOT, Event, Transition, is_other_machine
 from app.services.executions.wanted import Verdict
 
 log = logging.getLogger(__name__)
@@ -93,6 +93,10 @@ class Sending:
                 self._recovered.add(intent_of(row))
                 # It may have left this moment.
                 self._mark_in_doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)
+        now = self._clock.now()
+        for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING, *WITH_THE_ROBOT)):
+            sent_at = row.submitted_at or row.planned_at
+            self._client.note_sent(row.token, row.mission_guid, max(0.0, (now - sent_at).total_seconds()))
         self._duplicates.watch_again()
 
     def take_over(self, intent: Execution, plan_version: int) -> None:

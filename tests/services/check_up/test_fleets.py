@@ -14,10 +14,12 @@ from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
 from app.services.check_up.journal import HOLD
 from mir_sim.fleets.base import GO_HOME as HOME
+from mir_sim.fleets.enterprise_orders import Origin
 from tests.support.check_up_fleet import MISSION, ROBOT, CheckedFleet
 from tests.support.check_up_site import Killed
 
 KINDS = ("classic", "enterprise")
+OWN_KEY = Origin.of_key("Scheduler").api_key_guid
 LOST = ConnectionLost(address="10.0.0.9")
 
 
@@ -49,7 +51,7 @@ def check_nothing_is_left(site):
         ),
         ("enterprise", {}, {"token_field": "id", "order_status": 201}),
         ("enterprise", {"posted": "accepted"}, {"token_field": "id", "order_status": 202}),
-        ("enterprise", {"version": "1.4.2", "ids_kept": 0.0}, {"software": "1.4.2"}),
+        ("enterprise", {"version": "1.4.2", "ids_kept": 0.0}, {"software": "1.4.2", "own_key": OWN_KEY}),
     ],
 )
 def test_one_order_shows_what_the_app_may_rely_on(tmp_path, kind, knobs, profile):
