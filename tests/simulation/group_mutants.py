@@ -52,9 +52,9 @@ GROUP_MUTANTS = (
     Mutant(
         "given to another robot though the first could not be read",
         f"{SENDING}._reconcile",
-        "if quiet_left <= 0 and is_closed:",
+        "if quiet_left <= 0 and (is_closed",
         "if quiet_left <= 0 and row.group_id:\n            self._failed([row], error.message, waited=True)\n"
-        "        elif quiet_left <= 0 and is_closed:",
+        "        elif quiet_left <= 0 and (is_closed",
         "before the first was read",
         SILENT,
         hours=0.5,
@@ -62,8 +62,8 @@ GROUP_MUTANTS = (
     Mutant(
         "looked for above another robot's numbers",
         "services.dispatch.duplicates:Duplicates.of",
-        "self._client.items_after(row.queue_floor or 0, ",
-        "self._client.items_after((row.queue_floor or 0) + (1000 if row.group_id else 0), ",
+        "self._client.items_after(floor, ",
+        "self._client.items_after(floor + (1000 if row.group_id else 0), ",
         "items with one token",
         LOST,
         hours=0.5,
