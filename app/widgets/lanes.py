@@ -61,12 +61,12 @@ class Lanes(Chart):
     touched = BooleanProperty(False)  # fingers move it just now
     takes_at_once = True  # of a page that scrolls: one of two fingers would come late
     stands = True
+    meaning = property(lambda self: [lane.key for lane in self.lanes])
     __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved", "on_lane")
 
     def __init__(self, **kwargs):
         self._fingers: dict[object, tuple[float, float]] = {}  # uid of a touch: where it is
-        self._moved = False
-        self._may_tap = False  # a single finger that has not moved
+        self._moved = self._may_tap = False  # a single finger that has not moved
         self._meant = None  # what is under it: an event and its values
         self._answered = -SECOND_TAP  # when a tap was
         self._seats: dict[tuple[int, str, object], KeySeat] = {}
@@ -75,7 +75,7 @@ class Lanes(Chart):
         self._drawing: Drawing | None = None
         self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
-        places.watch(self)
+        places.watch(self, "lanes")
         for name in ("first", "now", "now_label"):
             self.fbind(name, self._place_soon)
         for name in ("seen_from", "seen_height"):

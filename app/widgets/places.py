@@ -2,7 +2,8 @@
 before, and presses nothing; what a finger has scrolled has not moved.
 
 ``places`` is global, like the window. Buttons register themselves (``kivymd_cures.buttons``). Another widget that takes touches says
-that it ``stands``, calls ``watch`` once, and asks ``misses`` about each touch.
+that it ``stands``, calls ``watch`` once, and asks ``misses`` about each touch. What becomes another one in the same place gets another
+``meaning``.
 """
 
 import weakref
@@ -18,7 +19,8 @@ MEANT = "what stood under the finger when it came down"  # key of touch.ud
 
 
 class Place:
-    """Of a button: its edges (px of the window), the same as if nothing were scrolled, when it came, and until when it rests."""
+    """Of a button: its edges (px of the window), the same as if nothing were scrolled, its ``meaning`` if it has one, when it came, and
+    until when it rests."""
 
     def __init__(self, button, before):
         now = Clock.get_time()
@@ -26,13 +28,14 @@ class Place:
         scrolled = 0 if page is None else _top(page) - _top(page.children[0])
         left, bottom, right, top = self.edges = _edges(button)
         self.unscrolled = left, bottom + scrolled, right, top + scrolled
+        self.meaning = getattr(button, "meaning", None)
         self.came, self.until = (before.came, before.until) if before else (now, 0.0)
-        if (
-            now - self.came > COMES
-            and _differ(before.edges, self.edges)
-            and _differ(before.unscrolled, self.unscrolled)
-        ):
+        if now - self.came > COMES and self._is_another(before):
             self.until = now + STILL
+
+    def _is_another(self, before) -> bool:
+        has_moved = _differ(before.edges, self.edges) and _differ(before.unscrolled, self.unscrolled)
+        return has_moved or before.meaning != self.meaning
 
 
 class Places:

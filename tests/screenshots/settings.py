@@ -316,7 +316,11 @@ def dialog(name: str):
 def import_changes(context: PageContext):
     lines = [
         message("robot {name} added", name="Helmi"),
-        message("robot {name} changed: {what}. It is switched off and needs a password", name="Aino", what="address"),
+        message(
+            "robot {name} changed: {what}. It is switched off and needs a password",
+            name="Aino",
+            what="Address 10.40.12.21 → 10.40.12.31",
+        ),
         message("mission {name} added", name="Deliver kits"),
     ]
     return ImportSheet(title=changes_phrase(lines), items=import_items(lines, DeletesRuns(1000, 240)))

@@ -12,6 +12,7 @@ from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.chart import glyphs
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.lanes_drawing import Drawing
+from app.widgets.places import STILL
 from app.widgets.scrolling import CalmScroll as HoursPage
 from tests.ui.drawing import LANES, fingers, fired, instructions, put_down, textures
 
@@ -261,6 +262,18 @@ def test_two_fingers_tap_nothing_whichever_leaves_first(ui, lanes, apart):
     assert calls == [[]] * 6
     ui.tap_at(lanes.left_of(3), lanes.y + 20)
     assert calls[0] == [("Sisu",)]
+
+
+def test_a_bar_whose_lane_has_just_come_under_the_finger_is_not_opened(ui, lanes):
+    ui.advance(1)
+    opened, place = fired(lanes, "on_bar"), (lanes.left_of(5), lanes.y + 20)
+    lanes.lanes = [lanes.lanes[2], *lanes.lanes[:2]]
+    ui.advance(0.1)
+    ui.tap_at(*place)
+    assert opened == []
+    ui.advance(STILL)
+    ui.tap_at(*place)
+    assert len(opened) == 1
 
 
 @pytest.mark.parametrize("held", [0.1, LONG + 0.1])

@@ -113,7 +113,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
         lanes = made.with_lines(lanes, window.opened, Range(origin, first, _right_edge(first, window.hours, folds)))
     return TimelineView(
         origin,
-        lanes=_with_idle_last((*lanes, *waiting), window.opened),  # those come and go, and move no robot's
+        lanes=_with_idle_last((*waiting, *lanes), window.opened),  # what has no robot is what people look for
         bands=(*closed, *axis.held(facts, now, read)),
         robots=_robots_word(facts, chosen),
         is_filtered=bool(chosen),

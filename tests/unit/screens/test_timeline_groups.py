@@ -77,7 +77,7 @@ def test_a_start_lies_where_the_forecast_has_it_and_says_that_it_is_one():
 
 
 def test_what_finds_no_robot_has_a_lane_of_its_own_and_without_any_there_is_none():
-    assert list(lanes()) == [1, 2, ("group", 5)]  # where it moves no other when it comes and goes
+    assert list(lanes()) == [("group", 5), 1, 2]  # in sight, however many robots there are
     lane = lanes()["group", 5]
     assert (lane.name, [(bar.label, bar.state) for bar in lane.bars]) == ("Any of Hall 1", [("Kits", "planned")])
     assert list(lanes(replace(FACTS, planned=(FOUND, FIXED)))) == [1, 2]
@@ -164,7 +164,7 @@ CROWDED = Conflict(ConflictCode.PLACE_CROWDED, AT, {"place": "Dock 2", "place_id
     ("conflict", "hatched", "words"),
     [
         (TOO_FEW, [2], "At 13:00, 4 starts need the 2 robots of Hall 1, until about 13:10"),
-        (FULL, [1, 2, ("group", 5)], "At 13:00, 2 missions need Dock 2, which takes 1 at a time"),
+        (FULL, [("group", 5), 1, 2], "At 13:00, 2 missions need Dock 2, which takes 1 at a time"),
         (
             BEHIND,
             [1],
