@@ -208,7 +208,12 @@ def test_a_run_that_a_fleet_has_forgotten_is_not_repeated_after_a_restore(tmp_pa
 @pytest.mark.parametrize(("identity", "is_certain"), [("a user", True), (None, False)])
 def test_a_start_in_doubt_is_not_repeated_at_a_fleet_that_may_be_another_one(identity, is_certain):
     client = SimpleNamespace(capabilities=OF_A_VEHICLE)
-    context = SimpleNamespace(ledger=None, clock=SimpleNamespace(monotonic=lambda: 7.0))
+    context = SimpleNamespace(
+        ledger=None,
+        clock=SimpleNamespace(monotonic=lambda: 7.0),
+        db=SimpleNamespace(read=lambda: None),
+        robots=SimpleNamespace(newest_of_fleet=lambda *_args: None),
+    )
     robot = Robot("Any", "", fleet=Fleet("Hall", "http://hall", identity=identity), vehicle=ANY_VEHICLE)
     seen = SimpleNamespace(robot=robot, began_again_at=-math.inf, read_highest=lambda _floor: 1)
     about = Duplicates(client, context, seen)

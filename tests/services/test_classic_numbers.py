@@ -157,3 +157,22 @@ def test_a_copy_that_ends_between_two_polls_is_reported(site, vehicle):
     site.run_until(lambda: sum(order.state is OrderState.DONE for order in ours(site)) == 2)
     site.run(700)
     assert [alarm.code for alarm in site.container.alarms.open()] == ["duplicate_running"]
+
+
+def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site):
+    """As the newest order shows that it took before: its number is another's now."""
+    site.add_robots()
+    site.add_mission()
+    site.container.operator.run_now(2, 1)
+    settled(site)
+    plan(site)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.network.posts("R1")) == 1)
+    site.switch_off(cleanly=False)
+    lose_all(site)
+    site.clock.advance(60)
+    others_order(site, 9)
+    site.switch_on()
+    site.run_until(lambda: not any(row.state.is_open for row in site.executions()))
+    row = site.executions()[-1]
+    assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)

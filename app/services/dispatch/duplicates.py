@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 
+from app.database.robots import Accepted
 from app.domain.capabilities import FindBy
 from app.domain.clock import EARLIEST
 from app.domain.message import Message, message
@@ -87,8 +88,7 @@ class Duplicates:
 
     def _was_last_token_returned(self) -> bool | None:
         """None: the robot, or any of its fleet, has no item that certainly belongs to the app."""
-        robots, robot, c = self._s.robots, self._seen.robot, self._s.db.read()
-        last = robots.newest_of_fleet(c, robot.fleet.id) if robot.fleet else robots.last_accepted(c, robot.id)
+        last = self._last_accepted()
         if last is None:
             return None
         try:
@@ -101,6 +101,23 @@ class Duplicates:
             raise
         return item.description == last.token
 
+    def _last_accepted(self) -> Accepted | None:
+        """The newest item that the robot, or any of its fleet, has taken from the app."""
+        robots, robot, c = self._s.robots, self._seen.robot, self._s.db.read()
+        return robots.newest_of_fleet(c, robot.fleet.id) if robot.fleet else robots.last_accepted(c, robot.id)
+
+    def _is_last_anothers(self) -> bool:
+        """Whether a fleet has another order under the number of the newest that it has taken from the app. Raises
+        RobotError."""
+        if self._seen.robot.fleet is None or self._client.capabilities.find_by is FindBy.ID:
+            return False
+        last = self._last_accepted()
+        row = last and self._ledger.by_token(last.token)
+        try:
+            return bool(last and row and not self.is_ours(row, self._client.queue_item(last.queue_id)))
+        except Rejected:  # deleted
+            return False
+
     def why_uncertain(self, row: Execution, is_taken: bool, may_change_robot: bool, age: float = 0.0) -> Message:
         """Why it may be or have been on the robot, though it is not found there; "": it certainly is not. ``is_taken``:
         the robot has accepted it. ``may_change_robot``: another robot would get it. ``age``: s since it was sent, at
@@ -108,8 +125,10 @@ class Duplicates:
         if is_taken:
             return message("it took it, but its queue does not show it")
         floor = row.queue_floor or 0
-        if self._s.clock.monotonic() - self._seen.began_again_at <= age or (
-            floor and self._seen.read_highest(floor) < floor
+        if (
+            self._s.clock.monotonic() - self._seen.began_again_at <= age
+            or (floor and self._seen.read_highest(floor) < floor)
+            or self._is_last_anothers()
         ):
             return message("its queue was reset")
         if self._client.capabilities.find_by is FindBy.ID and age > self._ended_is_shown_for:
