@@ -22,7 +22,7 @@ from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.enterprise_past import LISTED_FOR, PastOrders
 from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequests, segment
-from app.mir.errors import AnotherRobot, NotShownYet, Rejected, RobotError, VehicleUnavailable
+from app.mir.errors import AnotherRobot, NotShownYet, Rejected, RobotError, RobotFault, Unreadable, VehicleUnavailable
 from app.mir.fleet_connection import FleetConnection
 from app.mir.fleet_vocabulary import as_text
 from app.mir.texts import clean
@@ -326,7 +326,12 @@ class EnterpriseVehicle(EnterpriseRequests):
         found = []
         for token in tokens:
             self.on_pause()
-            if (item := self._find(token)) is not None:
+            try:
+                item = self._find(token)
+            except (RobotFault, Unreadable):  # while it is active, its event says enough
+                if (item := self._active_item(token)) is None:
+                    raise
+            if item is not None:
                 found.append(item)
         return sorted(found, key=lambda item: item.id)
 
@@ -336,6 +341,9 @@ class EnterpriseVehicle(EnterpriseRequests):
     def _active_items(self) -> list[QueueItem]:
         found = [words.item_of_event(event) for event in self._active() if not words.gives_way(event)]
         return sorted(filter(None, found), key=lambda item: item.id)
+
+    def _active_item(self, token: str) -> QueueItem | None:
+        return next((item for item in self._active_items() if item.description == token), None)
 
     def cancel(self, queue_id: int, token: str = "") -> None:
         """Taken, not done yet."""

@@ -22,6 +22,7 @@ from app.domain.robot import (
     Vehicle,
 )
 from app.mir import parse
+from app.mir.errors import Unreadable
 from app.mir.texts import clean, resolve
 
 OWN_BITS = 2**53 - 1  # of a token's UUID: the largest number that the database keeps
@@ -88,11 +89,13 @@ def state_of(word: Any) -> QueueState:
 
 
 def item_of_order(token: str, order: parse.Object, said: str) -> QueueItem:
-    """``said``: the message that the order's events had."""
+    """``said``: the message that the order's events had. Raises Unreadable without a state."""
+    if not clean(order.get("order-status"), 40):
+        raise Unreadable(problem=message("the queue item has no state"))
     return QueueItem(
         id=number_of(token),
         state=state_of(order.get("order-status")),
-        state_text=clean(order.get("order-status"), 40) or "?",
+        state_text=clean(order.get("order-status"), 40),
         mission_id=parse.text_or_none(order.get("mission-id")),
         message=said or _why(order),
         description=token,

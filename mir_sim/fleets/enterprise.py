@@ -111,13 +111,16 @@ class EnterpriseFleet(SimulatedFleet):
         """Take an order in some seconds; until then nothing knows of it."""
         self.at_robots(self.now + self.rng.uniform(*self.knobs.appears_seconds), lambda: self.add(serial))
 
-    def order_of_somebody(self, mission_id: str, robot: Vehicle | None = None, kind: str = "User") -> SerialOrder:
-        """An order that a person makes at the fleet's own screen, or of another kind one that the fleet itself makes."""
+    def order_of_somebody(
+        self, mission_id: str, robot: Vehicle | None = None, kind: str = "User", *, id_: str = ""
+    ) -> SerialOrder:
+        """An order that a person makes at the fleet's own screen, or of another kind one that the fleet itself makes. ``id_``: else a
+        new one."""
         origin = (
             Origin(user_guid=self.new_guid(), user_name="Operator", kind=kind) if kind == "User" else Origin(kind=kind)
         )
         phase = Phase(mission_id, [], None, self.new_guid())
-        serial = SerialOrder(self.new_guid(), "Medium", (self.now, None), robot, [phase], self.now, origin)
+        serial = SerialOrder(id_ or self.new_guid(), "Medium", (self.now, None), robot, [phase], self.now, origin)
         self.add(serial)
         return serial
 

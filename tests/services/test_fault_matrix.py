@@ -32,6 +32,7 @@ test_copies_and_others = cases_of(
         [do(lambda s: play(s, put_there(s.row().token))), 35, items("Done", "Executing")],
         true(lambda s: s.alarms() == ["duplicate_running"]),
         doubles=True,
+        mark=NUMBERED,
     ),
     Story(
         "the same mission put there by somebody else is not taken for ours, even while ours is unknown",

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 from email.utils import format_datetime
 from enum import StrEnum
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
@@ -24,11 +24,12 @@ from app.mir.credentials import Token
 from app.mir.errors import ConnectionLost, NotWanted, TimedOut, Unreachable
 from app.mir.transport import Response, Timeouts
 from mir_sim import SimulatedRobot, api
+from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.machine import Machine
 from mir_sim.messages import Request
 from mir_sim.profile import FAITHFUL
 from tests.support.clock import VirtualClock
-from tests.support.targets import as_robots_have_it
+from tests.support.targets import as_robots_have_it, each_item, numbers
 
 if TYPE_CHECKING:
     from tests.support.site import Site
@@ -161,24 +162,17 @@ class Network:
         return [one for one in self.submissions if robot in ("*", one.robot)]
 
     # ------------------------------------------------------------------ what robots give back
-    def as_answered(self, robot: str, path: str, body: bytes) -> bytes:
+    def as_answered(self, robot: str, path: str, body: bytes, machine: Machine) -> bytes:
         """An answer as these robots give it."""
         if not body or not path.startswith(QUEUE) or not (self.forgets_descriptions or self.shown or self.words):
             return body
-        answer = json_module.loads(body)
-        found = (
-            [self._item(robot, entry) for entry in answer] if isinstance(answer, list) else self._item(robot, answer)
-        )
-        return json_module.dumps(found).encode()
+        return json_module.dumps(each_item(json_module.loads(body), machine, partial(self._changes, robot))).encode()
 
-    def _item(self, robot: str, item: Any) -> Any:
-        if not isinstance(item, dict):
-            return item
+    def _changes(self, robot: str, number: int, item: dict[str, Any]) -> dict[str, Any]:
         own = {"state": self.words.get(item.get("state", ""), item.get("state"))} if "state" in item else {}
         if self.forgets_descriptions and "description" in item:
             own["description"] = ""
-        own |= {name: value for name, value in self.shown.get((robot, item.get("id", 0)), {}).items() if name in item}
-        return item | own
+        return own | {name: value for name, value in self.shown.get((robot, number), {}).items() if name in item}
 
 
 @lru_cache(maxsize=64)
@@ -207,8 +201,9 @@ class SimulatedTransport:
     ) -> Response:
         network, body = self._network, b"" if json is None else json_module.dumps(json).encode()
         known_as = as_robots_have_it(path, self._machine)
-        network.interrupt(f"before {method} {known_as}")
-        planned = network.fate_of(self._name, method, known_as)
+        asked_by = "POST" if known_as == f"{QUEUE}/search" else method
+        network.interrupt(f"before {asked_by} {known_as}")
+        planned = network.fate_of(self._name, asked_by, known_as)
         fate = planned.fate
         if fate is Fate.LATE and planned.seconds is None:
             planned = replace(planned, seconds=timeout.read + network.rng.uniform(0, network.latest))
@@ -247,7 +242,7 @@ class SimulatedTransport:
             self._answer_takes(self._slowness.uniform(*latency), timeout)
         if fate in (Fate.FINE, Fate.SLOW) and known_as.startswith(QUEUE) and self._name not in network.impostors:
             network.answered[self._name] = self._clock.elapsed()
-        network.interrupt(f"after {method} {known_as}")
+        network.interrupt(f"after {asked_by} {known_as}")
         match fate:
             case Fate.ANSWER_LOST:
                 network.time_out(timeout.read)
@@ -299,15 +294,17 @@ class SimulatedTransport:
         network, machine = self._network, self._network.impostors.get(self._name, self._machine)
         known_as = as_robots_have_it(path, self._machine)
         number = known_as.removeprefix(f"{QUEUE}/")
-        if method == "GET" and number.isdigit() and (self._name, int(number)) in network.unreadable:
+        asked = numbers(int(number), self._machine) if method == "GET" and number.isdigit() else set()
+        if any((self._name, each) in network.unreadable for each in asked):
             return Response(500, b'{"error_code": "internal", "error_human": "Internal server error"}', self._date())
-        if network.short_lists is not None and known_as == f"{QUEUE}/search":
+        is_short = network.short_lists is not None and not isinstance(machine, EnterpriseFleet)  # which has no pages
+        if is_short and known_as == f"{QUEUE}/search":
             return Response(404, b'{"error_code": "not_found", "error_human": "Not found"}', self._date())
-        if network.short_lists is not None and (method, known_as) == ("GET", QUEUE):
-            asked = {name: value for name, value in query.items() if name == "whitelist"}
-            query = {**asked, "sort_by": "id", "limit": str(network.short_lists)}
+        if is_short and (method, known_as) == ("GET", QUEUE):
+            whitelist = {name: value for name, value in query.items() if name == "whitelist"}
+            query = {**whitelist, "sort_by": "id", "limit": str(network.short_lists)}
         answer = api.handle(machine, Request(method, unquote(f"{machine.base}{path}"), query, headers, body))
-        found = network.as_answered(self._name, known_as, answer.body)
+        found = network.as_answered(self._name, known_as, answer.body, self._machine)
         return Response(answer.status, found, {**answer.headers, **self._date()})
 
     def _date(self) -> dict[str, str]:

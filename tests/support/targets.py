@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
 
 import pytest
 
@@ -42,20 +44,53 @@ def as_robots_have_it(path: str, machine: Machine) -> str:
 
 
 def _with_number(rest: str, machine: Machine) -> str:
+    order = isinstance(machine, EnterpriseFleet) and _order_with(machine, rest.removeprefix("/"))
+    if order:
+        return f"/{order.number}"
+    return "/search" if isinstance(machine, EnterpriseFleet) and rest else rest  # it is asked for what may not be there
+
+
+def _order_with(fleet: EnterpriseFleet, id_: str) -> Order | None:
+    """Also by the id of its phase."""
+    serial = fleet.order(id_) or next(iter(fleet.phase(id_) or ()), None)
+    return serial.phases[0].order if serial is not None else None
+
+
+_EVENTS = "serial-order-status-events"
+_ROBOTS_WORDS = {"Finished": "Done"}
+
+
+def numbers(number: int, machine: Machine) -> set[int]:
+    """That of an item, and the app's."""
+    order = machine.book.get(number) if isinstance(machine, EnterpriseFleet) else None
+    return {number} | ({OrderItem(machine, order).id} if order is not None else set())
+
+
+def each_item(answer: Any, machine: Machine, change: Callable[[int, dict], dict]) -> Any:
+    """An answer about items or orders, with those fields changed that ``change`` returns for an item with this number, by a robot's
+    names and words."""
+    if isinstance(answer, list):
+        return [each_item(entry, machine, change) for entry in answer]
+    if not isinstance(answer, dict):
+        return answer
+    if _EVENTS in answer:
+        return answer | {_EVENTS: each_item(answer[_EVENTS], machine, change)}
     if not isinstance(machine, EnterpriseFleet):
-        return rest
-    id_ = rest.removeprefix("/")
-    serial = machine.order(id_) or next(iter(machine.phase(id_) or ()), None)
-    order = serial and serial.phases[0].order
-    return f"/{order.number}" if order else rest
+        return answer | change(answer.get("id", 0), answer)
+    state = "order-status" if "order-status" in answer else "state"
+    order = _order_with(machine, answer.get("serial-order-id") or answer.get("order-id") or "")
+    if state not in answer or order is None:
+        return answer
+    word = _ROBOTS_WORDS.get(answer[state], answer[state])
+    found = change(order.number, {"state": word})
+    return answer | ({state: found["state"]} if found.get("state", word) != word else {})
 
 
 def order(fleet: SimulatedFleet, robot: SimulatedRobot, mission_id: str, person: Row, description: str) -> int:
     """Somebody orders a mission for a robot at its fleet; returns the order's number."""
     vehicle = next(each for each in fleet.vehicles if each.robot is robot)
     if isinstance(fleet, EnterpriseFleet):
-        assert not description, "ids are unique there"
-        made = fleet.order_of_somebody(mission_id, vehicle).phase.order
+        made = fleet.order_of_somebody(mission_id, vehicle, id_=description).phase.order
         assert made is not None
         return OrderItem(fleet, made).id
     own = {"wanted": vehicle, "description": description}
@@ -71,6 +106,9 @@ def cancel_all(fleet: SimulatedFleet, robot: SimulatedRobot) -> None:
 
 __all__ = [
     "CHARGED",
+    "DESCRIBED",
+    "ITS_STATUS",
+    "LISTED",
     "NUMBERED",
     "OWN_ADDRESS",
     "OWN_CLOCK",
@@ -78,6 +116,9 @@ __all__ = [
     "OWN_NETWORK",
     "OWN_QUEUE",
     "OWN_WORDS",
+    "SHOWS_CHARGING",
+    "SORTED",
+    "UNSORTED",
 ]  # for stories
 
 # Of stories that can't be about a fleet, and of those about what only one kind of fleet may do.
@@ -88,8 +129,25 @@ OWN_ADDRESS = pytest.mark.only_for(ROBOT, reason="a robot of a fleet has no addr
 OWN_MISSIONS = pytest.mark.only_for(ROBOT, reason="robots of a fleet have the same missions")
 OWN_CLOCK = pytest.mark.only_for(ROBOT, reason="robots of a fleet have one time for the app, the fleet's")
 CHARGED = pytest.mark.only_for(ROBOT, "enterprise", reason="a classic fleet gives no order to a robot with low battery")
+ITS_STATUS = pytest.mark.only_for(
+    ROBOT,
+    "classic",
+    reason="what a robot of Fleet Enterprise does is only in the snapshot of orders: no status without it",
+)
+LISTED = pytest.mark.only_for(
+    ROBOT, "classic", reason="an order of Fleet Enterprise that can't be read by its id for an hour is in no other list"
+)
+_NEWEST = "a classic fleet's newest order of a robot is not known where it neither sorts nor searches"
+SORTED = pytest.mark.only_for(ROBOT, "enterprise", reason=_NEWEST)
+UNSORTED = pytest.mark.only_for("classic", reason=_NEWEST)
 OWN_NETWORK = pytest.mark.only_for(ROBOT, reason="a fleet is reached for all of its robots or for none")
 OWN_WORDS = pytest.mark.only_for(ROBOT, reason="its check-up has found what a fleet gives back, before the first start")
+DESCRIBED = pytest.mark.only_for(
+    ROBOT, "classic", reason="orders of Fleet Enterprise are known by ids, not descriptions"
+)
+SHOWS_CHARGING = pytest.mark.only_for(
+    ROBOT, "classic", reason="Fleet Enterprise does not show that a robot charges in a mission of the app"
+)
 NUMBERED = pytest.mark.only_for(ROBOT, "classic", reason="Fleet Enterprise has no numbers, and takes an id only once")
 
 
@@ -128,8 +186,10 @@ class OrderItem:
 
     @property
     def id(self) -> int:
-        """As the app knows it."""
-        return number_of(self.description) if isinstance(self.fleet, EnterpriseFleet) else self.order.number
+        """As the app knows it, if it does."""
+        with suppress(ValueError):  # somebody else's id
+            return number_of(self.description) if isinstance(self.fleet, EnterpriseFleet) else self.order.number
+        return self.order.number
 
     @property
     def description(self) -> str:
@@ -154,6 +214,9 @@ class OrderItem:
 
     @property
     def state(self) -> ItemState:
+        found = self.fleet.phase(self.order.guid) if isinstance(self.fleet, EnterpriseFleet) else None
+        if found is not None and found[0].is_aborting and not self.order.state.is_end:
+            return ItemState.ABORT
         if self.item is not None:
             return self.item.state
         return ItemState.ABORTED if self.order.state.is_end else ItemState.PENDING

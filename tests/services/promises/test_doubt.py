@@ -34,7 +34,9 @@ def copied(s):
 
 
 def reports_item(number):
-    return true(lambda s: [a.code for a in s.container.alarms.open() if a.details.get("queue_id") == number])
+    """Of the robot's items that one, from 1."""
+    alarms = lambda s: [alarm.details.get("queue_id") for alarm in s.container.alarms.open()]  # noqa: E731
+    return true(lambda s: s.items()[number - 1].id in alarms(s))
 
 
 LATE_FIRST = [plan(), post(LATE, 130.0), 385, hold(), 45.5, release()]  # lands just before the second try
@@ -42,7 +44,7 @@ LATE_FIRST = [plan(), post(LATE, 130.0), 385, hold(), 45.5, release()]  # lands 
 test_copies = cases_of(
     Story(
         "a late item that arrives just before the second try is the app's",
-        [LATE_FIRST, 900, ends(DONE), true(lambda s: s.row().queue_id == 1 and len(s.doubled()) == 0)],
+        [LATE_FIRST, 900, ends(DONE), true(lambda s: s.row().queue_id == s.items()[0].id and len(s.doubled()) == 0)],
     ),
     Story(
         "of two that both wait the earlier one stays",
@@ -53,6 +55,7 @@ test_copies = cases_of(
     Story(
         "a first try that arrives after the second is cancelled even if robots are rarely polled",
         [RARELY, plan(), post(LATE, 110.0), 900, sent(300, 395), items("Done", "Aborted"), raised("duplicate_healed")],
+        mark=NUMBERED,
     ),
     Story(
         "a second copy that ran unseen is reported once, also by the next run of the app",
@@ -61,6 +64,7 @@ test_copies = cases_of(
         [300, items("Done", "Done"), reports_item(2)],
         true(lambda s: [a.count for a in s.container.alarms.open() if a.code == "duplicate_running"] == [1]),
         doubles=True,
+        mark=NUMBERED,
     ),
     Story(
         "a running copy of a cancelled start is stopped",
@@ -79,6 +83,7 @@ test_copies = cases_of(
         [plan(), post(ANSWER_LOST), 303, copied(), meets("DELETE", "/mission_queue/2", LOST, count=50), 400],
         [items("Done", "Done"), raised("duplicate_running")],
         doubles=True,
+        mark=NUMBERED,
     ),
     Story(
         "a copy that arrived while its start waited is seen once that has ended",
@@ -88,7 +93,7 @@ test_copies = cases_of(
 
 GIVEN_UP = [plan(window=5), post(ANSWER_LOST), 300.5, down("R1")]
 SILENT = [GIVEN_UP, 400, ends(UNKNOWN)]  # it has the item, and can't be asked
-COMES_LATE = [set_up(unknown_outcome_quiet_seconds=400), plan(window=5), post(LATE, 460.0), 745, ends(WINDOW_OVER)]
+COMES_LATE = [set_up(unknown_outcome_quiet_seconds=400), plan(window=5), post(LATE, 461.5), 745, ends(WINDOW_OVER)]
 UNSEARCHABLE = [
     [GIVEN_UP, 900, begin_again(), stranger("Home", count=150), CLEANED_UP],
     do(lambda s: setattr(s.network, "short_lists", 10)),
@@ -122,6 +127,7 @@ test_given_up = cases_of(
         [UNSEARCHABLE, 3400, plan("B", "07:17", window=1), post(ANSWER_LOST)],
         do(lambda s: s.run(4620.5 - s.seconds())),
         [down("R1"), 150, up(), ends(UNKNOWN, UNKNOWN), 120, states(FAILED, COMPLETED)],
+        mark=NUMBERED,
     ),
     Story(
         "its only item, too late, is cancelled while it waits and reported correctly",
@@ -167,6 +173,7 @@ def searches(monkeypatch):
     return floors
 
 
+@NUMBERED
 def test_what_was_searched_is_not_searched_again(s, monkeypatch):
     """A robot has thousands of items, and is read every 2 s while a request may still arrive."""
     play(s, RARELY, plan(), post(LATE, 110.0), 500)
@@ -176,6 +183,7 @@ def test_what_was_searched_is_not_searched_again(s, monkeypatch):
     assert set(floors) == {max(item.id for item in s.items())}
 
 
+@NUMBERED
 def test_a_copy_that_could_not_be_cancelled_at_once_is_cancelled_soon_without_reading_the_history(s, monkeypatch):
     """The robot is on screen, so its queue is read between polls."""
     play(s, stranger("Home", count=20), CLEANED_UP, RARELY, 10, do(lambda s: s.engine.watch(1)), plan(), 296)

@@ -80,6 +80,7 @@ test_extremes = cases_of(
         [FORGETS, plan()],
         each(post(ANSWER_LOST), post(LATE), post(ERROR_AFTER)),
         [900, sent(300), items("Done"), ends(DONE), tries(1), true(lambda s: s.alarms())],
+        mark=DESCRIBED,
     ),
     Story("a lost request to such a robot is sent again", [FORGETS, plan(), post(LOST), 900, ends(DONE), tries(2)]),
 )

@@ -171,6 +171,7 @@ test_assigned = cases_of(
             )
         ),
         stays_open=True,
+        mark=SHOWS_CHARGING,
     ),
     GroupStory(
         "the choice names the advantage over other free robots",

@@ -63,7 +63,7 @@ test_late = cases_of(
     GroupStory(
         "while another robot has it, a pending late item is cancelled, a running one reported",
         READ_OFTEN,
-        given_up(130.0),
+        given_up(131.5),
         60,
         each(
             [busy_there(), 600, ours_started(1), raised("duplicate_healed")],
@@ -71,11 +71,13 @@ test_late = cases_of(
         ),
         true(lambda s: s.row().state is COMPLETED and s.row().robot != s.noted[0].robot),
         doubles=True,
+        mark=NUMBERED,
     ),
     GroupStory(
         "cancelled by a person on the other robot it is stopped on the first",
         [given_up(130.0), until(lambda s: s.row().robot not in ("", s.noted[0].robot), 200), 3, cancel(), 120],
         [true(lambda s: {str(item.state) for item in s.items()} == {"Aborted"}), raised("late_cancelled")],
+        mark=NUMBERED,
     ),
     GroupStory(
         "a start that may still arrive is not pruned",

@@ -139,6 +139,7 @@ test_idle = cases_of(
 )
 
 
+@SHOWS_CHARGING
 def test_a_robot_that_charges_while_it_is_idle_is_foreseen_for_a_start(tmp_path):
     """It usually charges for an hour; a start of its group takes it away from there at once."""
     s = Stage(tmp_path, "group", 3, now=BEGIN + timedelta(minutes=1))

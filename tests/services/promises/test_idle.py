@@ -113,8 +113,8 @@ test_rest = cases_of(
     ),
     Story(
         "an item that can't be read does not make the queue seem to begin again",
-        [RESTING, do(lambda s: setattr(s.network, "short_lists", 1)), stranger(), 120],
-        until(lambda s: [str(item.state) for item in s.all_items()] == ["Done", "Done"], 1800),
+        [RESTING, do(lambda s: setattr(s.network, "short_lists", 2)), stranger(count=2), 120],
+        until(lambda s: [str(item.state) for item in s.all_items()] == ["Done"] * 3, 1800),
         do(lambda s: s.network.unreadable.add(("R1", next(i.id for i in s.items() if i.description)))),
         [2400, requests(1)],
     ),
@@ -142,6 +142,7 @@ test_rest = cases_of(
         ),
         requests(2),
         doubles=True,
+        mark=NUMBERED,
     ),
     Story(
         "a late copy of a cancelled one ends no idle period",
@@ -170,6 +171,12 @@ test_rest = cases_of(
     Story(
         "even if the robot has done much since",
         [RESTING, AT_HOME, stranger(count=150), CLEANED_UP, TEN_OLDEST, 1200, requests(2)],
+        mark=SORTED,
+    ),
+    Story(
+        "not where it can't be known that a fleet's robot has done anything since",
+        [RESTING, AT_HOME, stranger(count=150), CLEANED_UP, TEN_OLDEST, 1200, requests(1)],
+        mark=UNSORTED,
     ),
     Story(
         "a skipped start prevents no idle mission",

@@ -63,14 +63,15 @@ test_unreadable = cases_of(
     ),
     *(
         Story(
-            f"the outcome of one of {1 + others} is unknown until it can be read again",
+            f"the outcome of one of {1 + others} is unknown until it can be read again, after {spoilt_for} s",
             [plan(priority=9), *(plan(f"B{number}") for number in range(others)), 320],
             without_state() if others else spoilt(),  # many are read from one list
             [120 * others + 300, true(lambda s: outcome(s.row("A")) == UNKNOWN)],
-            each(3, 3600),
-            [REPAIRED, 60, true(lambda s: {outcome(row) for row in s.executions()} == {DONE})],
+            [spoilt_for, REPAIRED, 60, true(lambda s: {outcome(row) for row in s.executions()} == {DONE})],
             true(lambda s: "unknown_outcome" not in s.alarms()),
+            mark=mark,
         )
+        for spoilt_for, mark in ((3, None), (3600, LISTED))
         for others in (0, 3)
     ),
     *(
@@ -79,6 +80,7 @@ test_unreadable = cases_of(
             [plan(), post(LOST), *before, 60, robot_pauses(), 5, ARRIVES],
             spoilt(number),
             [60, items(*["Aborted"] * number), ends(CANCELLED), raised("late_cancelled")],
+            mark=NUMBERED if number > 1 else None,
         )
         for number, before in ((1, [306, cancel(), 60]), (2, [450, cancel()]))
     ),

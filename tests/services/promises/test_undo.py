@@ -263,7 +263,7 @@ test_one_failed_read = cases_of(
         READ_OFTEN,
         [plan(every=10, window=1), mission(guid="00000000-0000-0000-0000-000000000001"), 310, states(FAILED)],
         [raised("execution_failed"), mission(does="Deliver"), set_up(unknown_outcome_quiet_seconds=60), 585],
-        [post(LATE, 200.0), later(8, down()), later(185, up()), 150, raised("execution_failed", "unknown_outcome")],
+        [post(LATE, 201.5), later(8, down()), later(185, up()), 150, raised("execution_failed", "unknown_outcome")],
         [300, states(FAILED, COMPLETED), raised("execution_failed")],
     ),
     Story(
@@ -290,7 +290,15 @@ test_one_failed_read = cases_of(
         "a robot with a readable status but never a queue raises an alarm",
         each(set_up(poll_interval_seconds=30), set_up(poll_interval_seconds=120)),
         60,
-        each(*(meets("GET", "/mission_queue", fate, count=5000) for fate in (REFUSED, ERROR_BEFORE, LOST))),
+        each(
+            *(
+                [
+                    meets("GET", "/mission_queue", fate, count=5000),
+                    meets("POST", "/mission_queue/search", fate, count=5000),
+                ]
+                for fate in (REFUSED, ERROR_BEFORE, LOST)
+            )
+        ),
         [1200, true(lambda s: {"unreachable", "not_a_robot"} & set(s.alarms()))],
     ),
 )
