@@ -70,6 +70,30 @@ def two_hundred(studio: Any) -> None:
     fleet(studio, replace(sample.facts(200), groups=sample.halls(200)))
 
 
+STATES = (home_sample.READY, home_sample.EXECUTING, home_sample.CHARGING, home_sample.READY, home_sample.FAILED)
+
+
+@picture("fleet-any", sizes=(*BOTH, SMALL, LARGE_TEXT))
+def any_robot(studio: Any) -> None:
+    """Robots of a fleet, and any of them."""
+    fleet(studio, sample.of_fleet(*STATES))
+
+
+@picture("fleet-silent", sizes=(*BOTH, SMALL, LARGE_TEXT))
+def silent_fleet(studio: Any) -> None:
+    fleet(studio, sample.of_fleet(*STATES, silent=True))
+
+
+@picture("home-any", sizes=(*BOTH, SMALL, LARGE_TEXT))
+def home_of_any(studio: Any) -> None:
+    home(studio, sample.with_any_run())
+
+
+@picture("home-fleet-silent", sizes=(*BOTH, SMALL, LARGE_TEXT))
+def home_of_silent_fleet(studio: Any) -> None:
+    home(studio, sample.of_fleet(*STATES[:2], silent=True))
+
+
 @picture("fleet-outage", sizes=(*BOTH, SMALL))
 def outage(studio: Any) -> None:
     fleet(studio, sample.outage(50))

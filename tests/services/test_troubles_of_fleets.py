@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from app.domain.activity import NO_DATA
 from app.domain.models import ANY_VEHICLE, Connection, Robot, State
 from app.domain.reasons import sentence
 from tests.support.site import Site
@@ -47,6 +48,15 @@ def test_an_order_that_its_fleet_has_lost_is_said_in_words_of_fleets(site):
     site.fleet.restart(5, forgets_waiting=True)
     site.run_until(lambda: not site.executions()[0].state.is_open)
     assert sentence(site.executions()[0].reason, "UTC") == "The fleet no longer has this order"
+
+
+def test_only_robots_have_times_in_use(site):
+    either, named = add(site, "Hall", ANY_VEHICLE), add(site, "R1", site._vehicle_ids["R1"])
+    began = site.clock.now()
+    site.run(300)
+    found = site.container.robot_states.timelines(began, site.clock.now(), [either.id, named.id])
+    known = {one.robot_id: any(span.activity != NO_DATA for span in one.spans) for one in found}
+    assert known == {either.id: False, named.id: True}
 
 
 def test_only_missions_that_people_made_are_fetched(site):

@@ -15,6 +15,8 @@ from app.domain.models import (
     Fleet,
     Group,
     Priority,
+    Reason,
+    ReasonCode,
     Robot,
     RobotSnapshot,
     State,
@@ -102,6 +104,19 @@ def of_fleet(*statuses: RobotStatus, silent: bool = False) -> HomeFacts:
         }
     settings = replace(sample.SETTINGS, selected_robot_id=ANY.id)
     return replace(sample.FACTS, settings=settings, robots=(ANY, *everybody), snapshots=snapshots, open=())
+
+
+def with_any_run() -> HomeFacts:
+    """An order for any robot of a fleet runs on MiR 2, one has failed on MiR 1."""
+    known = of_fleet(sample.READY, sample.EXECUTING)
+    run = sample.execution(
+        61, ANY, TASKS[0], State.EXECUTING, queue_id=7, taken_by="MiR 2", started_at=sample.ago(minutes=3)
+    )
+    failed = sample.execution(62, ANY, TASKS[1], State.FAILED, taken_by="MiR 1", ended_at=sample.ago(minutes=9))
+    failed = replace(failed, reason=Reason(ReasonCode.VANISHED, {"fleet": True}))
+    queue = (QueueItem(7, QueueState.EXECUTING, mission_id="g9"),)
+    seen = {number: replace(shot, queue=() if number == 11 else queue) for number, shot in known.snapshots.items()}
+    return replace(known, open=(run,), finished=(failed,), planned=(), snapshots=seen)
 
 
 def facts(count: int, *, well: bool = False) -> HomeFacts:

@@ -11,6 +11,7 @@ from app.domain.models import Connection, Fleet, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.options import Option
 from app.services.live.snapshots import is_stale
 
 ANSWERS = (Connection.CONNECTED, Connection.SLOW)
@@ -54,6 +55,14 @@ def off_appearance(robot: Robot) -> Appearance:
     if robot.needs_password:
         return Appearance(_("Off"), "account-lock-outline", "attention")
     return Appearance(_("Off"), "power-plug-off-outline", "offline")
+
+
+def robot_option(robot: Robot, state: str = "") -> Option:
+    """To choose it in a list; ``state``: what else is said of it."""
+    what = _("Any robot of the fleet") if robot.is_any else robot.model
+    return Option(
+        robot.id, robot.name, ANY if robot.is_any else "robot-outline", " · ".join(filter(None, (what, state)))
+    )
 
 
 def off_word(robot: Robot) -> str:

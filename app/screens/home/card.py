@@ -137,7 +137,7 @@ def _silent(shown: Card, facts: HomeFacts, robot: Robot, now: datetime) -> Card:
     answers = snapshot.connection in (Connection.CONNECTED, Connection.SLOW)
     since = snapshot.read_at if answers or snapshot.status is not None else snapshot.since
     at, said = formats.day_and_time(since, zone, now), ""
-    if snapshot.status is not None:
+    if snapshot.status is not None and not robot.is_any:
         then = state_appearance(robot, replace(snapshot, connection=Connection.CONNECTED), stale=False).word.lower()
         words = _("At {time}: {state}, {mission}") if facts.running else _("At {time}: {state}")
         said = words.format(time=at, state=then, mission=facts.name_of(facts.running) if facts.running else "")

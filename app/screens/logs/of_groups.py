@@ -11,6 +11,7 @@ from app.domain.models import Execution, Group, Robot, State
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
+from app.screens.common.robot_appearance import robot_option
 
 Step = tuple[str, str, str]  # label, time, note
 
@@ -37,7 +38,7 @@ def target_options(groups: Sequence[Group], robots: Sequence[Robot]) -> list[Opt
             )
             for group in groups
         ),
-        *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in robots),
+        *map(robot_option, robots),
     ]
 
 

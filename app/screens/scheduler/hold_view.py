@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option
+from app.screens.common.robot_appearance import robot_option
 from app.screens.scheduler.facts import SchedulerFacts
 
 ALL = 0  # key of all robots
@@ -67,7 +68,7 @@ def looked_at(facts: SchedulerFacts, shown: Collection[int]) -> int:
 def robot_options(facts: SchedulerFacts) -> list[Option]:
     return [
         Option(ALL, _("All robots"), "robot-outline"),
-        *(Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in facts.robots),
+        *map(robot_option, facts.robots),
     ]
 
 

@@ -8,7 +8,7 @@ from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
 from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
-from app.screens.common.robot_appearance import off_word
+from app.screens.common.robot_appearance import off_word, robot_option
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.allocation.situation import NORMAL
@@ -25,13 +25,8 @@ def target_options(facts: SchedulerFacts) -> list[Option]:
         )
         for group in facts.groups
     ]
-    notes = (
-        " · ".join(filter(None, (robot.model, "" if robot.enabled else off_word(robot)))) for robot in facts.robots
-    )
-    return [
-        *groups,
-        *(Option(robot.id, robot.name, "robot-outline", note) for robot, note in zip(facts.robots, notes, strict=True)),
-    ]
+    robots = (robot_option(robot, "" if robot.enabled else off_word(robot)) for robot in facts.robots)
+    return [*groups, *robots]
 
 
 def target_text(target: Robot | Group | None) -> str:

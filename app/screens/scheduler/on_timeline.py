@@ -14,7 +14,8 @@ from app.domain.models import Execution, Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts, robots_for
-from app.screens.common.options import Card, MenuItem, Option
+from app.screens.common.options import Card, MenuItem
+from app.screens.common.robot_appearance import robot_option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher, ViewModel
 from app.screens.scheduler import bar_card, timeline
@@ -147,7 +148,7 @@ class OnTimeline(ViewModel):
 
     def choose_robots(self) -> None:
         """Whose lanes are shown; none chosen: all."""
-        options = [Option(robot.id, robot.name, "robot-outline", robot.model or "") for robot in self._facts.robots]
+        options = list(map(robot_option, self._facts.robots))
         self._shell.dialogs.choose_many(
             _("Robots in the plan"), options, _("Show"), self._robots_chosen, selected=tuple(self._window.robots)
         )

@@ -113,7 +113,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
         lanes = made.with_lines(lanes, window.opened, Range(origin, first, _right_edge(first, window.hours, folds)))
     return TimelineView(
         origin,
-        lanes=_with_idle_last((*waiting, *lanes), window.opened),  # what has no robot is what people look for
+        lanes=_with_idle_last(facts, (*waiting, *lanes), window.opened),  # what has no robot is what people look for
         bands=(*closed, *axis.held(facts, now, read)),
         robots=_robots_word(facts, chosen),
         is_filtered=bool(chosen),
@@ -138,9 +138,11 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
     return end
 
 
-def _with_idle_last(lanes: Sequence[Lane], opened: Hashable) -> tuple[Lane, ...]:
-    """With many robots, those without a bar are one line, and below it when it is open."""
-    idle = [lane for lane in lanes if not lane.bars and not lane.line]
+def _with_idle_last(facts: SchedulerFacts, lanes: Sequence[Lane], opened: Hashable) -> tuple[Lane, ...]:
+    """With many robots, those without a bar are one line, and below it when it is open. What stands for any robot of a
+    fleet is none of them."""
+    either = {robot.id for robot in facts.robots if robot.is_any}
+    idle = [lane for lane in lanes if not lane.bars and not lane.line and lane.key not in either]
     if len(lanes) <= ROOM or len(idle) < 2:
         return tuple(lanes)
     is_open = opened == IDLE

@@ -22,6 +22,7 @@ from app.domain.models import Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.options import Option
+from app.screens.common.robot_appearance import robot_option
 from app.screens.settings import removals
 from app.screens.settings.edit_sheet import PlainSheet, ask_and_delete, delete_menu
 from app.screens.settings.missions_view import (
@@ -238,7 +239,7 @@ class MissionsPage(SettingsPage):
         if len(robots) == 1:
             self._ask(robots[0])
         elif robots:
-            options = [Option(robot.id, robot.name, "robot-industrial", robot.model or "") for robot in robots]
+            options = list(map(robot_option, robots))
             self.context.shell.dialogs.choose(_("Fetch missions from"), options, self._chosen)
 
     def _chosen(self, robot_id: int) -> None:

@@ -365,7 +365,9 @@ class Observation:
 
     # ------------------------------------------------------------------ what it is seen doing
     def _observe(self, activity: str) -> None:
-        """Records what the robot does; a gap longer than 3 polls leaves a hole."""
+        """Records what the robot does; a gap longer than 3 polls leaves a hole. Any robot of a fleet does nothing itself."""
+        if self.robot.is_any:
+            return
         longest_gap = STALE_POLLS * max(self._s.settings().poll_interval_seconds, LIVE_EVERY)
         self._spans.saw(activity, self._s.clock.now(), self._s.clock.monotonic(), longest_gap)
 

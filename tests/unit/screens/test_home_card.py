@@ -86,7 +86,7 @@ def test_a_silent_fleet_is_asked_about_in_the_place_of_its_robots():
         "Hall 2 is silent. Is its server on?",
         "Ask IT about the server if it is.",
     )
-    assert shown.send_note == "Sent when Hall 2 answers"
+    assert (shown.send_note, shown.said) == ("Sent when Hall 2 answers", "")
 
 
 @pytest.mark.parametrize(

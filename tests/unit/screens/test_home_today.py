@@ -83,14 +83,9 @@ def test_the_robot_that_a_fleet_chose_is_named():
 
 
 def test_an_order_for_any_robot_of_a_fleet_is_ours_on_the_robot_that_took_it():
-    facts = fleet_facts.of_fleet(EXECUTING)
-    run = execution(1, fleet_facts.ANY, "Deliver", State.EXECUTING, queue_id=7, taken_by="MiR 1")
-    item = QueueItem(7, QueueState.EXECUTING, mission_id="g9")
-    seen = {number: replace(shot, queue=(item,)) for number, shot in facts.snapshots.items()}
-    facts = replace(facts, open=(run,), snapshots=seen, finished=(), planned=())
-    for robot_id, said in ((fleet_facts.ANY.id, "MiR 1"), (11, "Hall 2")):
-        (row,) = rows(facts.about(robot_id))
-        assert (row.key, row.title, row.support, row.actions[0].name) == (("execution", 1), "Deliver", said, "cancel")
+    for robot_id, said in ((fleet_facts.ANY.id, "MiR 2"), (12, "Hall 2")):
+        (row,) = queue(fleet_facts.with_any_run().about(robot_id))
+        assert (row.key, row.support, row.actions[0].name) == (("execution", 61), said, "cancel")
 
 
 def test_a_run_that_the_queue_has_lost_is_not_shown_as_one_that_waits():

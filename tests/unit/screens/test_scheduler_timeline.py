@@ -25,6 +25,7 @@ from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.planned import PlannedRun
 from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
+from tests.support import fleet_facts
 from tests.support.scheduler_facts import (
     EMPTIES,
     EVERY_DAY,
@@ -286,6 +287,12 @@ def test_robots_with_nothing_planned_share_one_line_that_opens():
         "R03",
         "R04",
     ]  # all are seen anyway
+
+
+def test_what_stands_for_any_robot_of_a_fleet_is_none_of_them():
+    either = replace(fleet_facts.ANY, id=99)
+    shown = lanes(robots=(*FLEET, either))
+    assert [(lane.name, lane.line) for lane in shown][2:] == [("Hall 2", ""), ("", "48 robots with nothing planned")]
 
 
 HALLS = (Group("Hall 1", tuple(range(1, 11)), id=3), Group("Hall 2", (5, 11, 12), id=4), Group("Yard", (13, 40), id=5))
