@@ -79,7 +79,7 @@ class SchedulerApp(MDApp):
         self._keyboard: DockedKeyboard | None = None
         self._keys = KeyFocus()
         self._poll: ClockEvent | None = None
-        self._bus: UiBus | None = None
+        self._bus = UiBus()
         self._unsubscribe: Callable[[], object] = lambda: None  # from the services
         self._forget: Callable[[], object] = lambda: None  # unsubscribes from their changes
         self._shown: Settings | None = None  # as they look now
@@ -92,7 +92,6 @@ class SchedulerApp(MDApp):
     def build(self) -> Widget:
         self._use("light")
         Window.bind(size=self._resized)
-        self._bus = UiBus()
         self._forget = self._bus.subscribe(Changed, self._changed)
         self.root_box = Factory.BoxLayout()
         if self._given is not None:
@@ -106,7 +105,6 @@ class SchedulerApp(MDApp):
 
     def begin(self, container: Container) -> None:
         """Show the app on these services."""
-        assert self._bus is not None
         self.container = container
         self._appear(container.settings())
         frame = Factory.Frame()
@@ -136,8 +134,7 @@ class SchedulerApp(MDApp):
         self._gate.start()
         self._start_keyboard()
         self._set_poll(container.settings())
-        bus = self._bus
-        container.runner.on_damage = lambda damage: bus.post(lambda: self._show_damage(damage))
+        container.runner.on_damage = lambda damage: self._bus.post(lambda: self._show_damage(damage))
         self.shell.go(self._first or "home")
         if self._first is None and not container.catalogue.robots():
             self.shell.go("settings", section="setup")  # a PIN is asked for over Home
@@ -209,7 +206,6 @@ class SchedulerApp(MDApp):
 
     def _go_back(self, path: Path) -> None:
         """Close everything, put the backup in place, build everything again on it; a message reports the outcome."""
-        assert self._bus is not None
         assert self._restorer is not None
         restorer = self._restorer
         self._release()
@@ -251,7 +247,6 @@ class SchedulerApp(MDApp):
                 raise problem
             return container
 
-        assert self._bus is not None
         self._release()
         self.root_box.clear_widgets()
         self.root_box.add_widget(Damage(damage, restore, translator.language).page(self._bus, self.begin))

@@ -153,7 +153,7 @@ class Refresher(Generic[T]):
 
     ``work()`` is called on the UI thread and returns what runs on another one; ``take(result)`` or
     ``failed(exception)`` follow on the UI thread. Several requests within a frame are one reading. Before ``start`` and
-    after ``stop`` nothing is read.
+    after ``stop`` nothing is read. A result is dropped if ``wanted()`` has changed since, for which another reading was asked.
     """
 
     def __init__(
@@ -162,8 +162,10 @@ class Refresher(Generic[T]):
         work: Callable[[], Callable[[], T]],
         take: Callable[[T], object],
         failed: Callable[[BaseException], object] | None = None,
+        wanted: Callable[[], object] = lambda: None,
     ) -> None:
         self._shell, self._work, self._take, self._failed = shell, work, take, failed or shell.say_problem
+        self._wanted = wanted
         self._job: Job | None = None
         self._is_stale = self._is_started = False
         self._soon = Clock.create_trigger(lambda _dt: self.read(), 0)
@@ -179,7 +181,8 @@ class Refresher(Generic[T]):
             return
         self._is_stale = self._job is not None
         if self._job is None:
-            self._job = self._shell.background.run(self._work(), self._done, self._not_done)
+            work, wanted = self._work(), self._wanted()
+            self._job = self._shell.background.run(work, lambda result: self._done(result, wanted), self._not_done)
 
     def reread(self) -> None:
         """Something was just stored: a reading under way may have been begun before, and is dropped."""
@@ -201,11 +204,12 @@ class Refresher(Generic[T]):
             self._job.cancel()
             self._job = None
 
-    def _done(self, result: T) -> None:
+    def _done(self, result: T, wanted: object) -> None:
         self._job = None
         if self._is_stale:
             self.request()
-        self._take(result)
+        if wanted == self._wanted():
+            self._take(result)
 
     def _not_done(self, problem: BaseException) -> None:
         self._job = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from kivy.clock import Clock
@@ -165,7 +165,7 @@ class AlarmsModel(ViewModel):
             case "unshelve":
                 self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
             case "acknowledge":
-                self._acknowledge(group)
+                self.acknowledge([key])
             case "reset":
                 self._reset(group[0])
             case "way" if way := way_to(group[0], self._robots):
@@ -187,10 +187,7 @@ class AlarmsModel(ViewModel):
     def acknowledge(self, keys: Sequence[tuple[str, int]]) -> None:
         """Each alarm once, though it may be in a group above it."""
         found = {alarm.id: alarm for key in keys for alarm in self._meant_by(key) if is_unseen(alarm)}
-        self._acknowledge(tuple(found.values()))
-
-    def _acknowledge(self, group: Together) -> None:
-        self._for_each(group, lambda alarm: self._services.alarms.acknowledge(alarm.id))
+        self._for_each(found.values(), lambda alarm: self._services.alarms.acknowledge(alarm.id))
 
     def _chosen(self, group: Together, chosen: str | int) -> None:
         """In the menu of a row."""
@@ -211,11 +208,11 @@ class AlarmsModel(ViewModel):
     def _text_of(self, group: Together) -> str:
         return group_text(group, self._settings, self._services.clock.now())
 
-    def _for_each(self, group: Together, work: Callable[[Alarm], object]) -> None:
+    def _for_each(self, alarms: Iterable[Alarm], work: Callable[[Alarm], object]) -> None:
         """Its effect is published on the bus."""
 
         def all_of_them() -> None:
-            for alarm in group:
+            for alarm in alarms:
                 work(alarm)
 
         self._shell.background.run(all_of_them, None, self._shell.say_problem)

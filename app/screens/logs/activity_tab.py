@@ -40,17 +40,15 @@ class ActivityTab(EventDispatcher):
         self._window = Window()
         self._facts: ActivityFacts | None = None
         self._open_group: Hashable = None
-        self.refresher = Refresher(shell, self._start_reading, self._take)
+        self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: (logs.wanted, self._window))
 
-    def _start_reading(self) -> Callable[[], tuple[object, ActivityFacts]]:
+    def _start_reading(self) -> Callable[[], ActivityFacts]:
         services, filters, window, now = self._services, self._logs.wanted, self._window, self._services.clock.now()
-        return lambda: ((filters, window), activity.read_activity(services, filters, window, now))
+        return lambda: activity.read_activity(services, filters, window, now)
 
-    def _take(self, found: tuple[object, ActivityFacts]) -> None:
-        wanted, facts = found
-        if wanted == (self._logs.wanted, self._window):
-            self._facts = facts
-            self.show()
+    def _take(self, facts: ActivityFacts) -> None:
+        self._facts = facts
+        self.show()
 
     def show(self) -> None:
         self.length, self.is_now = activity.window_word(self._window), self._window.end is None

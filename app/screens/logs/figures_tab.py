@@ -29,17 +29,15 @@ class FiguresTab(EventDispatcher):
         super().__init__()
         self._services, self._shell, self._logs = services, shell, logs
         self._figures: Figures | None = None
-        self.refresher = Refresher(shell, self._start_reading, self._take)
+        self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: logs.wanted)
 
-    def _start_reading(self) -> Callable[[], tuple[Filters, Figures]]:
+    def _start_reading(self) -> Callable[[], Figures]:
         services, filters, now, zone = self._services, self._logs.wanted, self._services.clock.now(), self._logs.zone
-        return lambda: (filters, read_figures(services, filters, now, zone))
+        return lambda: read_figures(services, filters, now, zone)
 
-    def _take(self, found: tuple[Filters, Figures]) -> None:
-        filters, figures = found
-        if filters == self._logs.wanted:
-            self._figures = figures
-            self.show()
+    def _take(self, figures: Figures) -> None:
+        self._figures = figures
+        self.show()
 
     def show(self) -> None:
         self.page = key_figures.page(self._figures)

@@ -55,7 +55,7 @@ class RunStory(EventDispatcher):
         self._is_linked = False  # another screen asked for it: its list has to have it
         self._sheet: StorySheet | None = None
         self._started = StartReports(shell, as_it_is(services.history, services.holds))
-        self.refresher = Refresher(shell, self._start_reading, self._take)
+        self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: self.run)
         self.fbind("run", self._look_around)
         logs.fbind("rows", self._look_around)
 
@@ -86,13 +86,13 @@ class RunStory(EventDispatcher):
         return was_linked
 
     # ------------------------------------------------------------------ reading
-    def _start_reading(self) -> Callable[[], tuple[int | None, StoryFacts | None]]:
+    def _start_reading(self) -> Callable[[], StoryFacts | None]:
         services, run = self._services, self.run
-        return lambda: (run, None if run is None else read_story(services, run))
+        return lambda: None if run is None else read_story(services, run)
 
-    def _take(self, found: tuple[int | None, StoryFacts | None]) -> None:
-        run, facts = found
-        if run != self.run or run is None:
+    def _take(self, facts: StoryFacts | None) -> None:
+        run = self.run
+        if run is None:
             return
         if facts is None:
             self._shell.snackbars.show(_("This run is no longer in the history"), icon="information-outline")

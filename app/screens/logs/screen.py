@@ -58,7 +58,7 @@ class LogsViewModel(ViewModel):
         self._row_cache = view.RowCache()
         self._names = MissionNameLookup(services.robot_missions, services.clock, shell, self._learnt)
         self._next_page: Job | None = None
-        self._refresher = Refresher(shell, self._start_reading, self._take)
+        self._refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: self.wanted)
         self._search_soon = Clock.create_trigger(lambda _dt: self.set_filters(text=self.query), SEARCH_DELAY_S)
 
     @property
@@ -105,8 +105,6 @@ class LogsViewModel(ViewModel):
 
     def _take(self, reading: tuple[int, LogsFacts]) -> None:
         rows, facts = reading
-        if facts.filters != self.wanted:  # they are being read again
-            return
         if min(len(self.facts.rows), MAX_ROWS) > max(rows, len(facts.rows)):  # more were loaded since
             self._refresher.request()
             return

@@ -6,18 +6,17 @@ from collections.abc import Sequence
 from datetime import date
 from typing import Any
 
-from kivy.properties import BooleanProperty, ListProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.domain.models import DayException
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.name_order import with_id
-from app.screens.common.problems import sentence_of
 from app.screens.settings import calendar_view as view
 from app.screens.settings.edit_sheet import PlainSheet, delete
 from app.screens.settings.files import FileSheet
-from app.screens.settings.page import PageContext
+from app.screens.settings.page import ValuesPage
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
@@ -32,15 +31,15 @@ class CalendarPart(MDBoxLayout):
     weekdays = ListProperty([""] * 7)
     days = ListProperty()
     rows = ListProperty()
+    page = ObjectProperty(rebind=True)
     country = StringProperty()
-    country_problem = StringProperty()
     region = StringProperty()
     has_regions = BooleanProperty(False)
 
-    def __init__(self, context: PageContext) -> None:
-        self._context, self._services = context, context.services
+    def __init__(self, page: ValuesPage) -> None:
+        self._context, self._services = page.context, page.context.services
         self._chosen_month: tuple[int, int] | None = None  # year and month; None: today's
-        super().__init__()
+        super().__init__(page=page)
 
     # ------------------------------------------------------------------ showing
     @property
@@ -60,9 +59,6 @@ class CalendarPart(MDBoxLayout):
             view.region_phrase(facts),
             facts.has_regions,
         )
-
-    def reached(self) -> None:
-        self.country_problem = ""
 
     def turn(self, months: int) -> None:
         self._chosen_month = view.turned(*self._month, months)
@@ -125,13 +121,11 @@ class CalendarPart(MDBoxLayout):
         )
 
     def _save_holidays(self, country: str, region: str) -> None:
-        self.country_problem = ""
+        self.page.problems.pop("holidays", None)
         self._context.change(
-            lambda: self._services.catalogue.set_public_holidays(country, region), self._holidays_refused
+            lambda: self._services.catalogue.set_public_holidays(country, region),
+            lambda problem: self.page.refuse("holidays", problem),
         )
-
-    def _holidays_refused(self, problem: BaseException) -> None:
-        self.country_problem = sentence_of(problem)
 
     # ------------------------------------------------------------------ a file
     def import_days(self) -> None:

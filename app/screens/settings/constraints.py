@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from kivy.properties import ListProperty, NumericProperty
 
 from app.domain.models import WEEKDAYS
@@ -20,7 +18,7 @@ class ConstraintsPage(ValuesPage):
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
-        self.calendar = CalendarPart(context)
+        self.calendar = CalendarPart(self)
         self.ids.page.add_widget(self.calendar)
 
     def show(self) -> None:
@@ -28,10 +26,6 @@ class ConstraintsPage(ValuesPage):
         self.battery = self.settings.minimum_battery_percent or 0
         self.day_names, self.days = list(weekday_names().items()), list(self.settings.working_days)
         self.calendar.show()
-
-    def reached(self, **intent: Any) -> None:
-        super().reached()
-        self.calendar.reached()
 
     def toggle_day(self, day: str) -> None:
         chosen = {*self.days} ^ {day}

@@ -40,19 +40,20 @@ class Gate:
         self._sheet: PinSheet | None = None
         self._proceed: Callable[[], object] = lambda: None
         self._used_at = 0.0
+        self._signs = dict.fromkeys(("on_touch_down", "on_touch_up", "on_keyboard", "on_textinput"), self._used)
         self._tick = Clock.create_trigger(self._every_second, 1, interval=True)
 
     def start(self) -> None:
         self._shell.navigator.guard = self.passes
         self._shell.navigator.bind(current=self._used)
-        Window.bind(on_touch_down=self._used, on_touch_up=self._used, on_keyboard=self._used, on_textinput=self._used)
+        Window.bind(**self._signs)
         self._tick()
 
     def stop(self) -> None:
         self._tick.cancel()
         self._shell.navigator.guard = None
         self._shell.navigator.unbind(current=self._used)
-        Window.unbind(on_touch_down=self._used, on_touch_up=self._used, on_keyboard=self._used, on_textinput=self._used)
+        Window.unbind(**self._signs)
 
     def passes(self, screen: str, proceed: Callable[[], object]) -> None:
         """Let pass at once, or after the right PIN."""

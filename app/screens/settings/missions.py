@@ -189,16 +189,9 @@ class MissionsPage(SettingsPage):
         self.vm.choice = replace(self.vm.choice, **values)
         self.show()
 
-    def search(self, query: str) -> None:
-        self.choose(query=query)
-
     def turn_search(self) -> None:
         self.vm.searching = not self.vm.searching
-        self.search("")
-
-    def turn_missing(self) -> None:
-        """Only those that some robot misses, or all."""
-        self.choose(only_missing=not self.vm.choice.only_missing)
+        self.choose(query="")
 
     def choose_group(self) -> None:
         groups = [Option(group.id, group.name, "account-group-outline") for group in self.context.facts.groups]
@@ -294,9 +287,6 @@ class MissionsPage(SettingsPage):
         )
 
     def _add_chosen(self, chosen: Sequence[Offer]) -> None:
-        if not chosen:
-            return
-
         def save_all(edit: Edit) -> None:
             for offer in chosen:
                 mission_edit.save(edit, Mission(offer.name, offer.guid, robot_id=offer.robot_id))

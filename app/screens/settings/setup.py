@@ -30,6 +30,3 @@ class SetupPage(SettingsPage):
             context.change(lambda: leave_out(key), undo=(said, lambda: leave_out(key, wanted=True)))
         else:
             context.shell.go("settings", section=step.section, **({} if step.is_done else dict(step.intent)))
-
-    def find(self) -> None:
-        self.context.shell.go("settings", section="robots", find=True)
