@@ -155,7 +155,7 @@ def test_the_robot_can_be_paused_while_it_is_asked_for(site, app, ui):
     press(ui, "47")
     for command, then in (("Pause", "Resume"), ("Resume", "Pause")):
         ui.tap(ui.find(CommandButton, text=command))
-        ui.wait(lambda then=then: ui.find_all(CommandButton, text=then))
+        ui.wait(lambda then=then: ui.find_all(CommandButton, text=then, busy=False))
         ui.advance(1)  # the button rests
     assert ui.find(PinSheet).ids.pin_dots.text == "••"
 
