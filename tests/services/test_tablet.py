@@ -1,8 +1,9 @@
-"""A data directory that was copied from another tablet, as commands and a headless app see it."""
+"""A data directory that was copied from another tablet, or on this one, as commands and a headless app see it."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from shutil import copytree
 
 import pytest
 
@@ -11,11 +12,13 @@ from app.database.settings import SettingsRepository
 from tests.support.process import answer, configuration_of, prepared, refusal, running
 
 
-@pytest.fixture
-def copied(tmp_path, fleet) -> Path:
-    """A data directory that lives on another machine."""
+@pytest.fixture(params=["another tablet", "here"])
+def copied(request, tmp_path, fleet) -> Path:
+    """A data directory that lives on another machine, or in another place on this one."""
     data = tmp_path / "data"
     prepared(data, configuration_of(fleet))
+    if request.param == "here":
+        return copytree(data, tmp_path / "copy")
     db = Database.open(data / DATABASE_NAME)
     db.write(lambda c: SettingsRepository().put(c, "machine", "another tablet"))
     db.close()
@@ -27,7 +30,7 @@ def test_nothing_is_sent_from_a_copy_until_it_moves_here(copied, fleet):
     robot = fleet.robots[0]
     assert "--move-here" in refusal(copied, "--run-now", robot.name, "Home")
     with running(copied) as app:
-        assert app.said("copied from another tablet")
+        assert app.said("is a copy: nothing is sent from here")
         assert "--move-here" in refusal(copied, "--run-now", robot.name, "Home")
         assert robot.state()["queue"] == []
         assert answer(copied, "--move-here") == "this machine starts the missions from now on\n"

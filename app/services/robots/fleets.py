@@ -55,6 +55,7 @@ class Fleets:
     def __init__(self, catalogue: Catalogue, ask: Callable[[Fleet], FleetIdentity], clock: Clock) -> None:
         self._catalogue, self._ask, self._clock = catalogue, ask, clock
         self._look_at, self._ask_at = -math.inf, dict[int, float]()  # monotonic; the second by fleet
+        self._said = dict[int, str]()  # why they could not be asked, by fleet
         self._thread: threading.Thread | None = None
 
     def test_connection(self, fleet: Fleet, password: str | None = None) -> FleetIdentity:
@@ -110,10 +111,14 @@ class Fleets:
 
     def _identify_all(self, fleets: Sequence[Fleet]) -> None:
         for fleet in fleets:
+            said = ""
             try:
                 self._identify(fleet)
             except (RobotError, InvalidInput, DatabaseError) as problem:
-                log.info("Fleet %r could not be asked who it is: %s", fleet.name, problem)
+                said = str(problem)
+                if said != self._said.get(fleet.id):
+                    log.info("Fleet %r could not be asked who it is: %s", fleet.name, said)
+            self._said[fleet.id] = said
 
     def _identify(self, fleet: Fleet) -> FleetIdentity:
         """What it says of itself is stored."""

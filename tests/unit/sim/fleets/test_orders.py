@@ -7,7 +7,9 @@ from typing import Any
 import pytest
 
 from mir_sim import SimulatedRobot
+from mir_sim.fleets import KINDS, make_fleet
 from mir_sim.fleets.base import SimulatedFleet
+from mir_sim.fleets.classic import OWN_USER
 from mir_sim.fleets.orders import Order, OrderState, Vehicle
 from mir_sim.site import DISTRIBUTOR
 from tests.unit.sim.asking import GUIDS
@@ -206,3 +208,13 @@ def test_a_restarted_fleet_may_have_lost_what_waited(fleet: Fleet, reuses: bool,
     fleet.pass_time(6)
     assert [fleet.book.get(one.number) for one in (kept, *lost)] == [kept, None, None]
     assert fleet.order().number == number
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_fleet_that_is_simulated_again_is_the_same_one(kind):
+    def identity(seed: int) -> object:
+        fleet = make_fleet(kind, [SimulatedRobot("Bella")], seed=seed)
+        own = [row["guid"] for row in fleet.site.table("/users") if row["username"] == OWN_USER]
+        return fleet.name, own, [vehicle.guid for vehicle in fleet.vehicles]
+
+    assert identity(1) == identity(1) != identity(2)
