@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from datetime import datetime
 
 from app.domain.activity import is_charging
-from app.domain.capabilities import Capabilities
 from app.domain.models import Connection, Fleet, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
@@ -120,23 +119,14 @@ def silent_fleet(robot: Robot, snapshot: RobotSnapshot) -> Fleet | None:
     return robot.fleet if snapshot.fleet_failed and robot.enabled and is_silent(snapshot.connection) else None
 
 
-def why_not(action: str, can: Capabilities) -> str:
-    """Why this can't be done through the connection to the robot; empty: it can."""
-    able, why = {
-        "pause": (can.pause, _("The fleet can't pause it. Pause at the robot.")),
-        "resume": (can.pause, _("The fleet can't resume it. Resume at the robot.")),
-        "reset": (can.clear_error, _("The fleet can't reset it. Reset at the robot.")),
-        "answer": (can.prompts, _("The fleet can't answer it. Answer at the robot.")),
-        "cancel waiting": (can.cancel_waiting, _("The fleet can't cancel it. Cancel at the robot.")),
-        "cancel running": (can.cancel_running, _("The fleet can't cancel it. Cancel at the robot.")),
-    }[action]
-    return "" if able else why
+def why_not(able: bool) -> str:
+    """Why something can't be done through the connection to a robot, if it is not ``able`` to; else empty."""
+    return "" if able else _("The fleet can't do that. Do it at the robot.")
 
 
-def trouble_of(robot: Robot, snapshot: RobotSnapshot) -> tuple[str, int]:
+def trouble_of(robot: Robot, silent: Fleet | None) -> tuple[str, int]:
     """What to count, if it needs a person: a silent fleet is one trouble, however many robots it has."""
-    fleet = silent_fleet(robot, snapshot)
-    return ("robot", robot.id) if fleet is None else ("fleet", fleet.id)
+    return ("robot", robot.id) if silent is None else ("fleet", silent.id)
 
 
 def silence_word(connection: Connection | None) -> str:

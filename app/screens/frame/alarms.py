@@ -121,7 +121,7 @@ class AlarmsModel(ViewModel):
 
     def _why_no_reset(self, alarm: Alarm) -> str:
         """Its robot's errors, from here."""
-        return why_not("reset", self._services.snapshots.get(id_in(alarm.key, "robot") or 0).capabilities)
+        return why_not(self._services.snapshots.get(id_in(alarm.key, "robot") or 0).capabilities.clear_error)
 
     def _meant_by(self, key: tuple[str, int]) -> Together:
         """The alarms of a row; empty if they are over."""

@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from app.domain import rules
 from app.domain.activity import is_charging
 from app.domain.capabilities import Capabilities
-from app.domain.models import Connection, Fleet, Robot
+from app.domain.models import Connection, Robot, RobotSnapshot
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common import formats
@@ -108,11 +108,11 @@ def card(facts: HomeFacts, robot: Robot, now: datetime) -> Card:
 def _as_it_can(shown: Card, robot: Robot, can: Capabilities) -> Card:
     """What can't be done through the connection to it is off, and says why."""
     foot, note = shown.foot, shown.note
-    if note.answers and (why := why_not("answer", can)):
+    if note.answers and (why := why_not(can.prompts)):
         note = replace(note, answers=(), step=why)
     if robot.is_any:
         foot = _pause(_("Pause a robot on its own page."))
-    elif not foot.off and (why := why_not(foot.action, can)):
+    elif not foot.off and (why := why_not(can.clear_error if foot.action == "reset" else can.pause)):
         foot = replace(foot, off=True, style="tonal", why=why)
     return replace(shown, foot=foot, note=note)
 
@@ -141,8 +141,7 @@ def _silent(shown: Card, facts: HomeFacts, robot: Robot, now: datetime) -> Card:
         then = state_appearance(robot, replace(snapshot, connection=Connection.CONNECTED), stale=False).word.lower()
         words = _("At {time}: {state}, {mission}") if facts.running else _("At {time}: {state}")
         said = words.format(time=at, state=then, mission=facts.name_of(facts.running) if facts.running else "")
-    fleet = silent_fleet(robot, snapshot)
-    problem, step = _way_out(snapshot.connection, fleet)
+    problem, step = _way_out(robot, snapshot)
     deaf = _("{robot} can't hear it. Use the button on the robot.").format(robot=robot.name)
     return replace(
         shown,
@@ -153,25 +152,20 @@ def _silent(shown: Card, facts: HomeFacts, robot: Robot, now: datetime) -> Card:
     )
 
 
-def _way_out(connection: Connection, fleet: Fleet | None) -> tuple[str, str]:
+def _way_out(robot: Robot, snapshot: RobotSnapshot) -> tuple[str, str]:
     """Why there may be no answer, and what a person does; of a fleet it is the same for all of its robots."""
-    if fleet is not None:
-        password = _("Enter the password of {fleet} in Settings."), ""
-        address = _("Check the address of {fleet} in Settings."), ""
-        certificate = _("Compare the certificate of {fleet} in Settings."), ""
-        silence = _("{fleet} is silent. Is its server on?"), _("Ask IT about the server if it is.")
-    else:
-        password, address = (_("Enter its password in Settings."), ""), (_("Check its address in Settings."), "")
-        certificate = _("Compare its certificate in Settings."), ""
-        silence = _("Is it switched on?"), _("Ask IT about the Wi-Fi if it is.")
-    problem, step = {
-        Connection.UNAUTHORIZED: password,
-        Connection.WRONG_ROBOT: address,
-        Connection.NOT_A_ROBOT: address,
-        Connection.OTHER_CERTIFICATE: certificate,
-        Connection.UNTRUSTED: certificate,
-    }.get(connection, silence)
-    return problem.format(fleet=fleet.name if fleet else ""), step
+    if fleet := silent_fleet(robot, snapshot):
+        if snapshot.connection is Connection.UNREACHABLE:
+            problem, step = _("{fleet} is silent. Is its server on?"), _("Ask IT about the server if it is.")
+            return problem.format(fleet=fleet.name), step
+        return _("Look at {fleet} in Settings.").format(fleet=fleet.name), ""
+    return {
+        Connection.UNAUTHORIZED: (_("Enter its password in Settings."), ""),
+        Connection.WRONG_ROBOT: (_("Check its address in Settings."), ""),
+        Connection.NOT_A_ROBOT: (_("Check its address in Settings."), ""),
+        Connection.OTHER_CERTIFICATE: (_("Compare its certificate in Settings."), ""),
+        Connection.UNTRUSTED: (_("Compare its certificate in Settings."), ""),
+    }.get(snapshot.connection, (_("Is it switched on?"), _("Ask IT about the Wi-Fi if it is.")))
 
 
 def _answering(shown: Card, facts: HomeFacts, status: RobotStatus, robot: Robot, now: datetime) -> Card:

@@ -62,7 +62,6 @@ class Look:
     since: datetime | None = None
     prompt: UserPrompt | None = None
     remedy: str = ""  # "reset" or "resume"
-    trouble: tuple[str, int] = ("", 0)  # to count it by
     fleet: Fleet | None = None  # that is silent, and not this robot alone
 
     @property
@@ -146,7 +145,6 @@ def look(
         since,
         status.user_prompt if status is not None and group is Group.ASKS and snapshot.capabilities.prompts else None,
         _remedy(group, status.state if status is not None else None, snapshot.capabilities),
-        trouble_of(robot, snapshot),
         silent_fleet(robot, snapshot),
     )
 
@@ -318,7 +316,7 @@ def of_group(looks: Iterable[Look], group: Group) -> list[Look]:
 
 def troubles_in_words(looks: Iterable[Look]) -> str:
     """How many robots, or silent fleets, need a person; empty when none does."""
-    n = len({each.trouble for each in looks if each.group in NEEDS_HELP})
+    n = len({trouble_of(each.robot, each.fleet) for each in looks if each.group in NEEDS_HELP})
     return ngettext("{n} needs you", "{n} need you", n).format(n=n) if n else ""
 
 

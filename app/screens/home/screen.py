@@ -277,7 +277,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         items = [MenuItem("clear", _("Clear queue"), "playlist-remove", disabled=not self.clear_count)]
         seen = self.facts.snapshot
         if self.card.foot.action == "pause" and not self.card.old and can_reset(seen.status):
-            why = why_not("reset", seen.capabilities)
+            why = why_not(seen.capabilities.clear_error)
             items.append(MenuItem("reset", why or _("Reset errors"), "restore", disabled=bool(why)))
         calls: dict[str, Callable[[], object]] = {"clear": self.clear_queue, "reset": self.reset_errors}
         self._shell.dialogs.menu(anchor, _("Queue"), items, lambda key: calls[key]())

@@ -127,7 +127,7 @@ def _queue(facts: HomeFacts, robot: Robot, now: datetime) -> list[Item]:
                 number,
                 who,
                 goes,
-                off="" if ours and old else deaf or why_not("cancel waiting", can),
+                off="" if ours and old else deaf or why_not(can.cancel_waiting),
             )
         )
     if more := len(facts.snapshot.queue) - len(facts.queue):
@@ -230,7 +230,7 @@ def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goe
     )
     if goes:
         return replace(row, meta=_("Being cancelled"))
-    why = why_not("cancel running", facts.snapshot.capabilities)
+    why = why_not(facts.snapshot.capabilities.cancel_running)
     return replace(row, actions=(Action("cancel", _("Cancel"), style="text", off=why),))
 
 

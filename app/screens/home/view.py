@@ -8,7 +8,7 @@ from datetime import datetime
 from app.domain.models import RobotSnapshot
 from app.i18n import _
 from app.screens.common.options import Option
-from app.screens.common.robot_appearance import is_old, state_appearance, trouble_of
+from app.screens.common.robot_appearance import is_old, silent_fleet, state_appearance, trouble_of
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, free_words, group_of, help_rank, look_of
 from app.screens.home.card import Card, card
 from app.screens.home.facts import HomeFacts
@@ -67,7 +67,7 @@ def tabs(facts: HomeFacts, opened: int | None, now: datetime) -> list[Tab]:
         state, group = state_appearance(robot, snapshot, old, free), group_of(robot, snapshot, old, facts.settings)
         if group in NEEDS_HELP:
             groups.append(group)
-            troubles.add(trouble_of(robot, snapshot))
+            troubles.add(trouble_of(robot, silent_fleet(robot, snapshot)))
         found.append(Tab(robot.id, robot.name, state.icon, state.tone if group in NEEDS_HELP else ""))
     if len(found) <= FEW:
         return found

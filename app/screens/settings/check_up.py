@@ -48,12 +48,11 @@ def key_of(target: Robot | Fleet) -> int | str:
 
 def standing_of(context: PageContext, target: Robot | Fleet) -> NoticeView:
     """How its check-up stands, or how far it is. A fleet's robot is checked up with its fleet."""
-    facts, running, is_left = context.facts, context.check_ups.get(key_of(target)), False
-    reports = facts.fleet_reports
-    if isinstance(target, Robot):
-        if target.fleet is not None:
-            return NoticeView()
-        reports, is_left = facts.reports, target.id in facts.left_behind
+    if isinstance(target, Robot) and target.fleet is not None:
+        return NoticeView()
+    facts, running = context.facts, context.check_ups.get(key_of(target))
+    reports = facts.fleet_reports if isinstance(target, Fleet) else facts.reports
+    is_left = isinstance(target, Robot) and target.id in facts.left_behind
     return (running and running.standing) or view.standing(
         target, reports.get(target.id), context.now(), facts.settings.timezone, is_left=is_left
     )

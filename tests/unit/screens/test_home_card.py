@@ -52,12 +52,15 @@ def of(status, **values) -> Card:
 
 
 # ---------------------------------------------------------------------- through a fleet
+WHY_NOT = "The fleet can't do that. Do it at the robot."
+
+
 @pytest.mark.parametrize(
     ("status", "can", "why"),
     [
-        (EXECUTING, {"pause": False}, "The fleet can't pause it. Pause at the robot."),
-        (PAUSED, {"pause": False}, "The fleet can't resume it. Resume at the robot."),
-        (FAILED, {"clear_error": False}, "The fleet can't reset it. Reset at the robot."),
+        (EXECUTING, {"pause": False}, WHY_NOT),
+        (PAUSED, {"pause": False}, WHY_NOT),
+        (FAILED, {"clear_error": False}, WHY_NOT),
         (EXECUTING, {"clear_error": False}, ""),
         (FAILED, {"pause": False}, ""),
     ],
@@ -69,7 +72,7 @@ def test_what_its_fleet_cannot_do_is_off_and_says_why(status, can, why):
 
 def test_a_question_that_its_fleet_cannot_answer_is_answered_at_the_robot():
     note = of(ASKING, capabilities=Capabilities(prompts=False)).note
-    assert (note.answers, note.step) == ((), "The fleet can't answer it. Answer at the robot.")
+    assert (note.answers, note.step) == ((), WHY_NOT)
     assert note.problem
 
 
@@ -92,10 +95,10 @@ def test_a_silent_fleet_is_asked_about_in_the_place_of_its_robots():
 @pytest.mark.parametrize(
     ("connection", "state", "problem"),
     [
-        (Connection.UNAUTHORIZED, "Wrong password", "Enter the password of Hall 2 in Settings."),
-        (Connection.WRONG_ROBOT, "Another fleet", "Check the address of Hall 2 in Settings."),
-        (Connection.NOT_A_ROBOT, "Another fleet", "Check the address of Hall 2 in Settings."),
-        (Connection.UNTRUSTED, "Another certificate", "Compare the certificate of Hall 2 in Settings."),
+        (Connection.UNAUTHORIZED, "Wrong password", "Look at Hall 2 in Settings."),
+        (Connection.WRONG_ROBOT, "Another fleet", "Look at Hall 2 in Settings."),
+        (Connection.NOT_A_ROBOT, "Another fleet", "Look at Hall 2 in Settings."),
+        (Connection.UNTRUSTED, "Another certificate", "Look at Hall 2 in Settings."),
     ],
 )
 def test_what_is_wrong_with_a_fleet_is_mended_there(connection, state, problem):

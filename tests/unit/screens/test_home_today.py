@@ -99,7 +99,7 @@ def test_a_run_that_the_queue_has_lost_is_not_shown_as_one_that_waits():
 @pytest.mark.parametrize(("number", "can"), [(0, "cancel_running"), (1, "cancel_waiting")])
 def test_what_a_fleet_cannot_cancel_says_why(number, can):
     facts = with_aino(EXECUTING, capabilities=Capabilities(**{can: False}))
-    assert queue(facts)[number].actions[0].off == "The fleet can't cancel it. Cancel at the robot."
+    assert queue(facts)[number].actions[0].off == "The fleet can't do that. Do it at the robot."
 
 
 def test_what_was_done_yesterday_is_not_of_this_day():
