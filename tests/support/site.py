@@ -37,6 +37,7 @@ from app.services.dispatch.engine import Engine
 from app.services.dispatch.timing import LONGEST_WAIT
 from app.services.dispatch.worker import RobotWorker
 from app.services.live.changes import Topic
+from app.services.live.tablet_zone import TabletZone
 from mir_sim import MISSIONS, Profile, SimulatedRobot
 from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.enterprise_orders import API_KEYS, Origin
@@ -53,6 +54,7 @@ ROUND_EVERY = (
 MOMENT = 1e-6  # s
 USER, PASSWORD = "distributor", "distributor"
 FLEET = "Fleet"
+UTC_ZONE = TabletZone("UTC", "TZ", True)  # not this machine's, which also takes a while to find
 GUIDS = {mission.name: mission.guid for mission in MISSIONS}
 
 
@@ -157,6 +159,7 @@ class Site:
             ask_fleet=lambda _fleet: FleetIdentity(self.identity, None),
             with_window=self._with_window,
             machine=self.tablet,
+            find_zone=lambda: UTC_ZONE,
         )
         self._connection = OneThread(  # by a clock that counts the tablet's sleep, as since_boot
             self.seconds, self._paces.setdefault(FLEET, Pace(self.clock.monotonic, self.network.time_out))
