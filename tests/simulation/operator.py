@@ -90,7 +90,7 @@ class Person:
         self._decide(lambda: self._app.catalogue.save_schedule(replace(stored, **changes)), note)
 
     def _stop_due(self, wishes: Wishes, plans: list[Schedule]) -> None:
-        """Due starts of these whose rows have been written are stopped for good."""
+        """Due starts of these whose rows have been written are stopped for good, unless they had ended before."""
         if plans[0].robot_id is None:  # one that waits may be ended a moment later
             self._doubt_due(plans)
         elif self.diary.is_clear(
@@ -99,13 +99,15 @@ class Person:
             self.world.site.seconds(),
             but=("slow", "network", "battery", "robot", "hold"),
         ):
-            written = {row.token for row in self.world.site.executions()}
+            rows = self.world.site.executions()
+            ended = {row.token for row in rows if row.ended_at is not None and row.ended_at < self._wall}
+            written = {row.token for row in rows} - ended
             for plan in plans:
                 for instant in instants(plan, self._wall - LONGEST_WINDOW, self._wall - timedelta(seconds=2)):
                     token = self.diary.token((plan.id, instant))
                     if token in written:
                         wishes.stopped.add((plan.id, instant))
-                    else:  # it had passed when the plan got it, and is to come again if the clock is set back
+                    elif token not in ended:  # past when the plan got it, it comes again if the clock is set back
                         self.diary.uncertain.add(token)
 
     def _doubt_due(self, plans: list[Schedule]) -> None:

@@ -100,7 +100,7 @@ class Sending:
         self._duplicates.watch_again()
 
     def take_over(self, intent: Execution, plan_version: int) -> None:
-        """Send it at its instant, however the wall clock is set until then. One that came after it was looked for is not."""
+        """Send it at its instant. One that came after it was looked for is not sent."""
         if intent_of(intent) not in self._recovered:
             ahead = min(max(0.0, (intent.planned_at - self._clock.now()).total_seconds()), INTENT_LEAD)
             self.attempts[intent.id] = Attempt(Phase.READY, self._clock.monotonic() + ahead, intent, plan_version)
@@ -188,7 +188,8 @@ class Sending:
             if self._waiting.why_full(row):
                 return False
             intent = row
-        return self._clock.now() < intent.closes_at and not self._waiting.why_held(intent)
+        is_held = self._waiting.why_held(intent) or self._waiting.why_early(intent)
+        return self._clock.now() < intent.closes_at and not is_held
 
     def _release(self, intents: Sequence[Execution]) -> None:
         """Unsent intents wait again, or end if they were withdrawn."""

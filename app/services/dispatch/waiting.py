@@ -54,7 +54,7 @@ class Waiting:
         elif now >= row.closes_at:
             app_was_down = self._s.downtime.overlaps(row.planned_at, row.closes_at)
             self._ledger.end(Event.EXPIRE, row, rules.reason_window_closed(row, app_was_down))
-        elif waits := self.why_held(row) or self._why_early(row):
+        elif waits := self.why_held(row) or self.why_early(row):
             self.put_off(row, waits)
         elif (found := self._found(row)).robot and found.item:
             self._ledger.apply([transitions.adopt(row, found.robot, found.item, now)])
@@ -118,12 +118,11 @@ class Waiting:
         is_next = not before and is_free(status, self._s.snapshots.get(robot.id).queue, under_way)
         return None if is_next else WaitsFor(Wait.ROBOT, {"robot": row.robot})
 
-    def _why_early(self, row: Execution) -> WaitsFor | None:
+    def why_early(self, row: Execution) -> WaitsFor | None:
         """Its instant is in the future: a closed worker released it, or the clock was set back. Run nows and idle
-        missions wait for no instant; the intent of a group's start may be written before it."""
+        missions wait for no instant; an intent may be written before it."""
         early = (row.planned_at - self._clock.now()).total_seconds() if row.trigger is Trigger.SCHEDULED else 0.0
-        is_early = early > (INTENT_LEAD if row.group_id else 0)
-        return WaitsFor(again_s=min(early, EARLY_RECHECK)) if is_early else None
+        return WaitsFor(again_s=min(early, EARLY_RECHECK)) if early > INTENT_LEAD else None
 
     def _why_listed(self, row: Execution) -> WaitsFor | None:
         """A late start after the app was off is listed for some seconds, on the monotonic clock from when it is first

@@ -66,6 +66,12 @@ test_in_hand = cases_of(
         [runs(1), 7200, runs(1), ends(DONE)],
     ),
     Story(
+        "it is not sent early if the clock is set back while its robot is slow to answer",
+        [plan(window=20), DUE - 50, app_off(), 60, meets("GET", "/status", SLOW, 8.35, 4), app_on()],
+        [later(24.5, do(lambda s: s.clock.step(-100))), 80, runs(0), sent(), 20, sent(400), 200],
+        on=("robot", "group"),
+    ),
+    Story(
         "a power cut loses nothing and doubles nothing",
         [
             IN_HAND,
