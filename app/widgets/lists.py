@@ -19,6 +19,7 @@ from kivy.properties import (
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
+from app.widgets.places import places
 
 STILL = 1.0  # s a row has to stand where it is
 MEASURED = 0.5  # s in which a row that has come finds its height
@@ -230,6 +231,7 @@ class Rows(MDBoxLayout):
             view.host, view.standing = self.host or self, self.standing
             if key not in old:
                 view.came = Clock.get_time()
+                places.forget(view)
             view.take(data)
             view.key = key  # data may have none
             self._views[key] = view

@@ -264,6 +264,7 @@ class LongList(CalmScroll):
             if seat is None:
                 seat = self._live[key] = self._seat_for(key)
                 seat.view.came = Clock.get_time()
+                places.forget(seat)
                 seat.view.take(self._rows[n])
                 if seat.parent is None:
                     self._content.add_widget(seat)

@@ -51,6 +51,11 @@ class Places:
         for name in ("pos", "size", "parent", *more):
             widget.fbind(name, self._moving)
 
+    def forget(self, widget) -> None:
+        """It is used for another thing, in another place."""
+        for part in widget.walk(restrict=True):
+            self._known.pop(part, None)
+
     def begin(self, touch) -> None:
         """A finger has come down there."""
         x, y = touch.pos
