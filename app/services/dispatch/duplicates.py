@@ -49,7 +49,7 @@ class Duplicates:
     def __init__(self, client: Target, context: Context, observation: Observation) -> None:
         self._client, self._s, self._ledger, self._seen = client, context, context.ledger, observation
         self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
-        self._unsearched_from = EARLIEST  # the first start since then is not searched for copies yet
+        self._unsearched_from = EARLIEST  # starts sent to a fleet since then may have copies that were not searched for
         self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
         self._alarmed: set[tuple[str, int]] = set()  # alarms by code and queue id
         self.note_accepted: Callable[[], None] = lambda: None  # writes which items are known to be ours
