@@ -50,6 +50,16 @@ def test_an_order_that_its_fleet_has_lost_is_said_in_words_of_fleets(site):
     assert sentence(site.executions()[0].reason, "UTC") == "The fleet no longer has this order"
 
 
+def test_the_robot_that_took_an_order_has_its_name_of_the_plan(site):
+    either = add(site, "Hall", ANY_VEHICLE)
+    for name, number in site._vehicle_ids.items():
+        add(site, f"{name} of Hall", number)  # its name at the fleet is another robot's here
+    site.run(10)
+    site.container.operator.run_now(either.id, 1)
+    site.run_until(lambda: [row.state for row in site.executions()] == [State.COMPLETED])
+    assert site.executions()[0].taken_by.endswith(" of Hall")
+
+
 def test_only_robots_have_times_in_use(site):
     either, named = add(site, "Hall", ANY_VEHICLE), add(site, "R1", site._vehicle_ids["R1"])
     began = site.clock.now()

@@ -132,11 +132,13 @@ class Tracking:
         return []
 
     def _transitions(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Transition]:
-        """With the robot that a fleet has chosen, written once."""
+        """With the robot that a fleet has chosen, written once, by its name here if it is in the plan."""
         found = self._states(row, item, open_ids)
-        if not self._seen.robot.is_any or row.taken_by or not item.vehicle_name:
+        if not found or not self._seen.robot.is_any or row.taken_by or not item.vehicle_name:
             return found
-        return [replace(each, columns={**each.columns, "taken_by": item.vehicle_name}) for each in found]
+        mates = [each for each in self._s.robots.all(self._s.db.read()) if each.fleet_id == self._seen.robot.fleet_id]
+        name = next((each.name for each in mates if each.vehicle == item.vehicle), item.vehicle_name)
+        return [replace(each, columns={**each.columns, "taken_by": name}) for each in found]
 
     def _states(self, row: Execution, item: QueueItem, open_ids: set[int] | None) -> list[Transition]:
         """What brings the execution to the state of its queue item."""
