@@ -22,6 +22,7 @@ from tests.simulation.world import shaky
 from tests.support.edits import switch_robot
 from tests.support.network import Fate, Network, Planned, Submission
 from tests.support.site import Site
+from tests.support.targets import ROBOT
 
 BEGIN = datetime.fromisoformat("2026-11-23T06:00:50+00:00")  # a Monday, ten seconds before the first start
 FIRST = BEGIN + timedelta(seconds=10)
@@ -35,7 +36,7 @@ LOOKED_AFTER = 35.0  # s that the site is watched once everything has ended
 @dataclass(frozen=True)
 class Scenario:
     """``apart``: minutes between the two starts. ``quiet``: s after which a start that was not found may be sent again. ``robots``: of
-    more than one, as a group, the starts are."""
+    more than one, as a group, the starts are. ``target``: what takes the missions."""
 
     apart: int = 0
     robots: int = 1
@@ -43,6 +44,7 @@ class Scenario:
     window_minutes: int = 6
     poll_interval: int = 30
     robot_speed: float = 30.0
+    target: str = ROBOT
 
     @property
     def beyond(self) -> tuple[float, ...]:
@@ -88,7 +90,12 @@ class ChoiceSite(Site):
         self.off: list[tuple[float, float]] = []  # true times between which the tablet was off
         network.decisions = self.decisions
         super().__init__(
-            directory, robots=scenario.robots, now=BEGIN, network=network, robot_speed=scenario.robot_speed
+            directory,
+            robots=scenario.robots,
+            now=BEGIN,
+            network=network,
+            robot_speed=scenario.robot_speed,
+            target=scenario.target,
         )
         self._furnish()
         self.run(5.0)
@@ -242,10 +249,8 @@ class ChoiceSite(Site):
         )
 
     def _items(self) -> list[tuple[str, Any]]:
-        """The queue items of all robots, each with its robot's name."""
-        for machine in self.machines.values():
-            machine.catch_up()
-        return [(name, item) for name, machine in self.machines.items() for item in machine.queue]
+        """The queue items of all robots, or what their fleet was ordered for them, each with its robot's name."""
+        return [(name, item) for name in self.machines for item in self.queue(name)]
 
     def _flying(self) -> list[Submission]:
         """Requests that the app gave up, and that arrive later."""
@@ -285,10 +290,11 @@ class ChoiceSite(Site):
         ]
         robots = [tuple(row) for row in c.execute("SELECT enabled, last_queue_id FROM robots")]
         items = [(robot, item.id, names.get(item.description), str(item.state)) for robot, item in self._items()]
+        orders = [(order.number, order.state.value) for order in self.fleet.book] if self.fleet else []
         flights = [(names.get(late.token), rounded((late.lands_at or 0.0) - now, grain)) for late in self._flying()]
         beyond = sorted(str(names.get(token)) for token in self._beyond())
         judged = [(wanted.schedule, wanted.instant, wanted.withdrawn_at == math.inf) for wanted in self.wanted]
-        return rows, plan, robots, members, items, self._progress(grain), flights, beyond, judged
+        return rows, plan, robots, members, items, orders, self._progress(grain), flights, beyond, judged
 
     def _progress(self, grain: float) -> tuple[tuple[float, ...], ...]:
         """The progress of the missions that robots execute."""
@@ -312,6 +318,7 @@ class ChoiceSite(Site):
             rounded(self._next_round - mono, grain),
             blocked,
             self.container.holds.active() is not None,
+            self._connection.remembered(grain) if self.fleet else (),
         )
 
     # ------------------------------------------------------------------ the judgement

@@ -26,6 +26,7 @@ from pathlib import Path
 from tests.simulation.choices import ACTS, FIRST, GROUP_ACTS, OFF_FOR, ChoiceSite, Scenario
 from tests.simulation.memory import rounded, under_way
 from tests.support.network import QUEUE
+from tests.support.targets import TARGETS
 
 DATABASE = "amr-scheduler.db"
 READS = (("POST", f"{QUEUE}/search"),)
@@ -293,6 +294,7 @@ def main() -> int:
         "--grain", type=float, default=5.0, help="s to which times are rounded when states are compared"
     )
     parser.add_argument("--robots", type=int, default=1, help="more than one: the starts are for any of them")
+    parser.add_argument("--target", choices=TARGETS, default=TARGETS[0], help="what takes the missions")
     parser.add_argument("--apart", type=int, default=0, help="minutes between the two starts")
     parser.add_argument(
         "--quiet", type=int, default=Scenario.quiet, help="s after which a start that was not found may be sent again"
@@ -305,7 +307,7 @@ def main() -> int:
     parser.add_argument("--coarse", action="store_true", help="nothing happens between two reads")
     parser.add_argument("--replay", default=None, help="a violation's trace")
     options = parser.parse_args()
-    scenario = Scenario(apart=options.apart, quiet=options.quiet, robots=options.robots)
+    scenario = Scenario(apart=options.apart, quiet=options.quiet, robots=options.robots, target=options.target)
     if options.replay is not None:
         logging.basicConfig(level=logging.INFO, format="    %(name)s %(message)s")
         problems = replay(scenario, options.replay)

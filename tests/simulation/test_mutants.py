@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from app.mir.errors import RobotError
 from tests.simulation.__main__ import simulate
+from tests.simulation.fleet_mutants import FLEET_MUTANTS, FleetMutant
 from tests.simulation.group_mutants import GROUP_MUTANTS
 from tests.simulation.mutants import MUTANTS, planted
 
@@ -30,3 +32,14 @@ def test_a_planted_bug_is_found(mutant):
     with planted(mutant):
         found = simulate(mutant.seed, mutant.hours, mutant.profile, mutant.oracle)
     assert any(mutant.oracle in problem for problem in found.violations), found.line(mutant.seed)
+
+
+@pytest.mark.parametrize("mutant", [pytest.param(mutant, id=mutant.name) for mutant in FLEET_MUTANTS])
+def test_a_bug_that_is_planted_in_the_code_of_fleets_is_found(mutant: FleetMutant, tmp_path):
+    story, chosen = mutant.as_story(), (0,)
+    directories = [tmp_path / "without", tmp_path / "with"]
+    for each in directories:
+        each.mkdir()
+    story.play(directories[0], chosen)
+    with planted(mutant.bug), pytest.raises((AssertionError, RobotError, pytest.fail.Exception)):
+        story.play(directories[1], chosen)

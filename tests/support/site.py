@@ -74,6 +74,13 @@ class OneThread(FleetConnection):
     def forget_all(self) -> None:
         self.forget(*list(self._answers))
 
+    def remembered(self, grain: float) -> object:
+        """Which answers there are, how old in ``grain`` s, and what clients have noted."""
+        now = self.clock()
+        ages = {question: (round((now - at) / grain), type(found)) for question, (at, found) in self._answers.items()}
+        notes = {name: sorted(map(str, kept)) for name, kept in vars(self.notes).items() if isinstance(kept, dict)}
+        return sorted(ages.items(), key=str), notes
+
 
 class Site:
     """Robots, network, tablet. ``run`` lets time pass as the app's own threads would: ticks, cycles, workers, each at its instant."""

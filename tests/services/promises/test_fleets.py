@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from app.mir.transport import Timeouts
+from app.services.dispatch.timing import RECONCILE_EVERY
 from mir_sim.fleets import KINDS
 from tests.services.story import *
+from tests.support.network import LATENCY
 
 
 def of_each_fleet(name, *steps, **site):
@@ -19,4 +22,20 @@ test_exactly_one = of_each_fleet(
 test_clear = of_each_fleet(
     "clearing cancels the app's own orders and leaves those of others",
     [plan(window=60), 295, stranger(), 30, states(QUEUED), clear_queue(), 300, items("Done", "Aborted"), ends(CLEARED)],
+)
+
+NO_ANSWER = 300.0 + Timeouts().read
+test_soon_certain = cases_of(
+    Story(
+        "Fleet Enterprise says by its id what happened to an order two seconds and some requests later",
+        plan(),
+        each([post(ANSWER_LOST), NO_ANSWER - 0.1], [post(ERROR_AFTER), 299.9]),
+        [
+            states(SUBMITTING),
+            0.1 + RECONCILE_EVERY + 10 * LATENCY,
+            true(lambda s: s.row().state in (QUEUED, EXECUTING) and s.row().queue_id),
+        ],
+        [300, sent(300), ends(DONE), tries(1)],
+        target="enterprise",
+    )
 )
