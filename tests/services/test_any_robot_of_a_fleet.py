@@ -15,7 +15,7 @@ from app.database.backups import back_up, restore
 from app.database.fleets import FleetRepository
 from app.database.robots import Accepted, RobotRepository
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State, Wait
+from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
@@ -343,4 +343,26 @@ def test_what_did_not_arrive_before_the_app_was_killed_is_sent_again_only_if_tha
     site.run(400)
     (row,) = site.executions()
     assert (row.state, len(site.queue("R1")) - others) == (state, runs)
+    site.switch_off()
+
+
+def test_another_start_of_the_same_mission_is_not_taken_for_one_that_did_not_arrive(tmp_path):
+    """Of software before 1.5. It was started a minute before, by a person, and ran."""
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, version="1.4.2")
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    planned(site, robot, 600)
+    site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: site.executions()[0].state is State.COMPLETED)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run_until(lambda: len(site.executions()) == 2 and all(row.attempts for row in site.executions()))
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(60)
+    site.switch_on()
+    site.run(400)
+    (lost,) = [row for row in site.executions() if row.trigger is Trigger.SCHEDULED]
+    assert (lost.state, len(site.queue("R1"))) == (State.FAILED, 1)
     site.switch_off()

@@ -58,6 +58,8 @@ from app.services.executions.wanted import Verdict
 
 log = logging.getLogger(__name__)
 
+SENT_LATE_AT_MOST = timedelta(days=1)  # after it was planned
+SENT_TOGETHER = timedelta(minutes=5)  # of two starts: clocks can't be trusted to tell which was first
 STARTED_TOGETHER = 8  # that wait for one robot, with one write; all are looked for should the app be killed then
 
 
@@ -93,11 +95,24 @@ class Sending:
                 self._recovered.add(intent_of(row))
                 # It may have left this moment.
                 self._mark_in_doubt(row, self._client.timeouts.total, is_taken=row.submitted_at is not None)
-        now = self._clock.now()
         for row in self._ledger.open_for(self._robot_id, (State.SUBMITTING, *WITH_THE_ROBOT)):
-            sent_at = row.submitted_at or row.planned_at
-            self._client.note_sent(row.token, row.mission_guid, max(0.0, (now - sent_at).total_seconds()))
+            self._note_sent(row)
         self._duplicates.watch_again()
+
+    def _note_sent(self, row: Execution) -> None:
+        """So that it can be found by what it is, unless another start of the same mission may be meant."""
+        now, sent_at = self._clock.now(), row.submitted_at or row.planned_at
+        robots = self._s.robots.all(self._s.db.read())
+        fleet = self._seen.robot.fleet
+        others = [
+            other
+            for robot in robots
+            if robot.id == self._robot_id or (fleet and robot.fleet and robot.fleet.id == fleet.id)
+            for other in self._ledger.planned_between(robot.id, sent_at - SENT_LATE_AT_MOST, now)
+            if other.id != row.id and other.mission_guid == row.mission_guid and other.attempts
+        ]
+        if all(other.submitted_at and other.submitted_at < sent_at - SENT_TOGETHER for other in others):
+            self._client.note_sent(row.token, row.mission_guid, max(0.0, (now - sent_at).total_seconds()))
 
     def take_over(self, intent: Execution, plan_version: int) -> None:
         """Send it at its instant. One that came after it was looked for is not sent."""
