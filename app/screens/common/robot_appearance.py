@@ -44,8 +44,8 @@ def state_appearance(robot: Robot, snapshot: RobotSnapshot, stale: bool, free: s
         return Appearance(formats.NOTHING, "timer-sand", "offline")
     if snapshot.status is None or stale or is_silent(snapshot.connection):
         return _silence(snapshot.connection, of_fleet=silent_fleet(robot, snapshot) is not None)
-    if free and snapshot.status.state is RobotState.READY:
-        return Appearance(free, ANY)
+    if robot.is_any and snapshot.status.state is RobotState.READY:
+        return Appearance(free or _("Ready"), ANY)
     return _appearance_of(snapshot.status)
 
 

@@ -159,6 +159,8 @@ def _way_out(robot: Robot, snapshot: RobotSnapshot) -> tuple[str, str]:
             problem, step = _("{fleet} is silent. Is its server on?"), _("Ask IT about the server if it is.")
             return problem.format(fleet=fleet.name), step
         return _("Look at {fleet} in Settings.").format(fleet=fleet.name), ""
+    if robot.fleet is not None and snapshot.connection is Connection.WRONG_ROBOT:
+        return _("The fleet has another robot in its place."), _("Delete it here, and add the new one.")
     return {
         Connection.UNAUTHORIZED: (_("Enter its password in Settings."), ""),
         Connection.WRONG_ROBOT: (_("Check its address in Settings."), ""),

@@ -9,7 +9,7 @@ from app.domain.models import RobotSnapshot
 from app.i18n import _
 from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old, silent_fleet, state_appearance, trouble_of
-from app.screens.common.robot_groups import FEW, NEEDS_HELP, free_words, group_of, help_rank, look_of
+from app.screens.common.robot_groups import FEW, NEEDS_HELP, group_of, help_rank, look_of
 from app.screens.home.card import Card, card
 from app.screens.home.facts import HomeFacts
 from app.screens.home.map import NO_MAP, MapView, map_view
@@ -63,8 +63,7 @@ def tabs(facts: HomeFacts, opened: int | None, now: datetime) -> list[Tab]:
     for robot in facts.robots:
         snapshot = facts.snapshots.get(robot.id) or RobotSnapshot(robot.id)
         old = is_old(snapshot, now, facts.settings)
-        free = free_words(robot, facts.robots, facts.snapshots.get, facts.settings, now)
-        state, group = state_appearance(robot, snapshot, old, free), group_of(robot, snapshot, old, facts.settings)
+        state, group = state_appearance(robot, snapshot, old), group_of(robot, snapshot, old, facts.settings)
         if group in NEEDS_HELP:
             groups.append(group)
             troubles.add(trouble_of(robot, silent_fleet(robot, snapshot)))

@@ -95,7 +95,7 @@ class FleetCheckUps(Remains):
         """As ``CheckUps.run``; a trial needs a mission and a robot."""
         fleet = self._fleet(fleet_id)
         if trial is not None and not (trial.mission and trial.robot):
-            raise InvalidInput("mission", "a fleet is tried with a mission and a robot of it: choose both")
+            raise InvalidInput("mission", "choose a mission and a robot of the fleet for the trial")
         with self._alone_with(fleet.id, fleet.name):
             try:  # first: remains of the last one may block this one
                 problem = self._put_back(fleet)

@@ -199,7 +199,7 @@ class CheckUps(Remains):
             )
         with closing(self._make_client(replace(robot, profile=None))) as client:
             if not isinstance(client, RobotClient):
-                raise InvalidInput("robot", "{robot} is a fleet's robot: its fleet is checked up", robot=robot.name)
+                raise InvalidInput("robot", "{robot} belongs to a fleet: check the fleet up instead", robot=robot.name)
             client.timeouts, client.pace = PATIENT, Pace(self._clock.monotonic, self._clock.sleep)
             yield client
 

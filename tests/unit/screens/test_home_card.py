@@ -76,6 +76,10 @@ def test_a_question_that_its_fleet_cannot_answer_is_answered_at_the_robot():
     assert note.problem
 
 
+def test_any_robot_of_a_fleet_has_an_icon_of_its_own_in_the_tabs():
+    assert [tab.icon for tab in tabs(fleet_facts.of_fleet(READY), None, NOW)] == ["robot", "check-circle-outline"]
+
+
 def test_any_robot_of_a_fleet_says_how_many_are_free_and_where_to_pause():
     shown = card(fleet_facts.of_fleet(READY, EXECUTING, FAILED))
     assert (shown.state, shown.icon) == ("1 of 3 free", "robot")
@@ -113,6 +117,16 @@ def test_nothing_is_sent_to_a_fleet_that_could_be_another_one():
     assert not card(facts).send_off
     unknown = fleet_facts.ANY.within(replace(fleet_facts.HALL_2, identity=None))
     assert card(replace(facts, robots=(unknown,))).send_off == "Give the app its own user at the fleet"
+
+
+def test_a_robot_that_its_fleet_has_replaced_is_added_again():
+    facts = fleet_facts.of_fleet(READY, READY).about(11)
+    other = replace(facts.snapshots[11], connection=Connection.WRONG_ROBOT)
+    note = card(replace(facts, snapshots={**facts.snapshots, 11: other})).note
+    assert (note.problem, note.step) == (
+        "The fleet has another robot in its place.",
+        "Delete it here, and add the new one.",
+    )
 
 
 def test_a_silent_fleet_counts_once_in_the_tab_of_all_robots():
