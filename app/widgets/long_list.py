@@ -49,7 +49,7 @@ class LongList(CalmScroll):
     viewclass = StringProperty()
     data = ListProperty()
     order = ObjectProperty(None, allownone=True)  # another one where somebody has asked for another order
-    spacing = NumericProperty("8dp")
+    spacing = NumericProperty(0)
     row_height = NumericProperty("64dp")  # assumed for rows that were never visible
     empty_text = StringProperty()
     content_height = NumericProperty(0)  # of all rows; ``row_height`` for those that were never visible

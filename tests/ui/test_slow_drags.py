@@ -113,7 +113,7 @@ def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards
 
 
 def test_a_row_is_scrolled(ui):
-    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", spacing=8, data=queue(*range(30))), (400, 300))
     scroll = rows
     happened = fired(rows, "on_action")
     ui.advance(0.5)
@@ -125,7 +125,7 @@ def test_a_row_is_scrolled(ui):
 
 
 def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
-    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(30))), (400, 300))
+    rows = ui.show(LongList(viewclass="QueueRow", spacing=8, data=queue(*range(30))), (400, 300))
     ui.tap(ui.find_all(IconButton)[0], hold=0.4)
     scroll = rows
     scroll.scroll_y = 1 - 100 / (scroll.viewport_size[1] - scroll.height)

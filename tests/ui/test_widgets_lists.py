@@ -305,7 +305,7 @@ def test_two_rows_with_one_key_are_refused(ui):
 
 
 def test_a_list_begins_with_a_whole_row_and_ends_with_a_partial_one(ui):
-    rows = ui.show(LongList(viewclass="QueueRow", spacing=0, data=queue(*range(20)), row_height=72), (400, 250))
+    rows = ui.show(LongList(viewclass="QueueRow", data=queue(*range(20)), row_height=72), (400, 250))
     scroll = rows
 
     def seen() -> list[tuple[int, int]]:

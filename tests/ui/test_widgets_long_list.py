@@ -76,7 +76,7 @@ def calls_of(monkeypatch, kind: type, name: str) -> list:
 
 def test_scrolling_lays_out_and_writes_only_what_comes_into_sight(ui, monkeypatch):
     laid_out, written = calls_of(monkeypatch, BoxLayout, "do_layout"), calls_of(monkeypatch, Txt, "texture_update")
-    rows = ui.show(LongList(viewclass="ListRow", spacing=0, data=runs(5000)), (800, 250))
+    rows = ui.show(LongList(viewclass="ListRow", data=runs(5000)), (800, 250))
     for top in (99.5, 100):  # there is a view more while a row is partly visible
         rows.scroll_y = 1 - top * 56 / (rows._content.height - rows.height)
         ui.advance(0.5)
@@ -118,7 +118,7 @@ def test_rows_of_a_long_list_take_their_own_height_and_do_not_overlap(ui):
         data[1], support="The robot stood still for four minutes before a pallet that nobody had announced. " * 3
     )
     data[3] = replace(data[1], key=3, note="Robot: blocked")
-    rows = LongList(viewclass="ListRow", data=data)
+    rows = LongList(viewclass="ListRow", data=data, spacing=8)
     ui.show(rows, (700, 450))
     views = {view.key: view for view in rows.views}
     bottoms = {key: place(view) for key, view in views.items()}
