@@ -25,22 +25,18 @@ STILL = 1.0  # s a row has to stand where it is
 MEASURED = 0.5  # s in which a row that has come finds its height
 KEPT = 10.0  # s after a list was touched, in which its rows don't change places
 SPARE = 4  # views that a list keeps for later rows
-PRESSED_ROW = "row under the finger when it came down"  # keys of touch.ud
-PRESSED_ACTION = "name of the button there; empty without one"
 
 
 class Standing:
     """Where the rows of a list are, so that none slides under a finger. After a touch they keep their order for a
     while, even if the data change; ``sort_again`` is called when that is over. When rows come, go, grow or are sorted, those
-    that are elsewhere than before rest: they take no touch for STILL s, and longer if the list is touched during it. So do
-    all, if something above the list moves it. While the user types, rows come and go because of that."""
+    that are elsewhere than before rest: they take no touch for STILL s, and longer if the list is touched during it.
+    While the user types, rows come and go because of that."""
 
     def __init__(self, sort_again: Callable[[], object]):
         self._ends = 0.0  # of the rest
         self._places = {}  # by key: where a row was before the last change, and until when it rests nevertheless
         self._keep = Clock.create_trigger(lambda _dt: sort_again(), KEPT)
-        self._began = Clock.get_time()
-        self._top = 0.0
 
     def touched(self) -> None:
         """A finger is on the list."""
@@ -83,12 +79,6 @@ class Standing:
         if Clock.get_time() - row.came > MEASURED:
             self._move(rows)
 
-    def look(self, top: float) -> None:
-        """The upper edge of the list is there now (px of the window, as if nothing were scrolled)."""
-        if abs(top - self._top) > dp(8) and Clock.get_time() - self._began > MEASURED:
-            self._move([])
-        self._top = top
-
     def _move(self, rows) -> None:
         if dock.field is None:
             self._places = {row.key: (row.to_window(*row.pos), self._rests_until(row)) for row in rows}
@@ -114,6 +104,8 @@ class Row:
 
     key = ObjectProperty(None, allownone=True)
     host = ObjectProperty(None, allownone=True)
+    stands = True
+    meaning = property(lambda self: self.key)
     standing = None
     came = math.inf  # when this view became the row's
 
@@ -128,7 +120,7 @@ class Row:
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
-            if touch.ud.get(PRESSED_ROW, self.key) != self.key or self.has_just_moved:
+            if self.has_just_moved or places.misses(self, touch):
                 return True
             self._pressed_key = (self.key,)
         return super().on_touch_down(touch)
@@ -157,6 +149,7 @@ class RowPress:
     also if the button has become another one since; a button that has just become another takes no touch."""
 
     name = StringProperty()
+    meaning = property(lambda self: self.name)
     _pressed = ""
     _rests_until = 0.0
 
@@ -170,10 +163,9 @@ class RowPress:
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
-            self._pressed = touch.ud.get(PRESSED_ACTION, self.name)
+            self._pressed = self.name
             if self.has_just_moved:
                 self.rest()
-            if self.has_just_moved or not self._pressed:
                 return True
         return super().on_touch_down(touch)
 

@@ -152,9 +152,6 @@ class LongList(CalmScroll):
         self.standing.sort_at_once()
         self._sort_again()
 
-    def _look(self, _dt):
-        self.standing.look(self.to_window(self.x, self.top)[1])
-
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self.standing.touched()

@@ -15,7 +15,8 @@ from kivy.uix.scrollview import ScrollView
 
 STILL = 0.5  # s a button has to stand where it is
 COMES = 0.5  # s in which one that has come finds its place
-MEANT = "what stood under the finger when it came down"  # key of touch.ud
+MEANT = "what stood under the finger when it came down, and its meaning"  # key of touch.ud
+NOTHING = object()
 
 
 class Place:
@@ -28,7 +29,7 @@ class Place:
         scrolled = 0 if page is None else _top(page) - _top(page.children[0])
         left, bottom, right, top = self.edges = _edges(button)
         self.unscrolled = left, bottom + scrolled, right, top + scrolled
-        self.meaning = getattr(button, "meaning", None)
+        self.meaning = _meaning(button)
         self.came, self.until = (before.came, before.until) if before else (now, 0.0)
         if now - self.came > COMES and self._is_another(before):
             self.until = now + STILL
@@ -59,16 +60,18 @@ class Places:
     def begin(self, touch) -> None:
         """A finger has come down there."""
         x, y = touch.pos
-        meant = weakref.WeakSet()
+        meant = weakref.WeakKeyDictionary()
         for button in _buttons():
             left, bottom, right, top = _edges(button)
             if left <= x <= right and bottom <= y <= top and not self.has_just_moved(button):
-                meant.add(button)
+                meant[button] = _meaning(button)
         touch.ud[MEANT] = meant
 
     def misses(self, widget, touch) -> bool:
         """Whether that touch is on ``widget``, but was meant for what stood there before."""
-        return MEANT in touch.ud and widget.collide_point(*touch.pos) and widget not in touch.ud[MEANT]
+        if MEANT not in touch.ud or not widget.collide_point(*touch.pos):
+            return False
+        return touch.ud[MEANT].get(widget, NOTHING) != _meaning(widget)
 
     def has_just_moved(self, widget) -> bool:
         place = self._known.get(widget.__self__)  # kv has only proxies
@@ -87,6 +90,10 @@ def _buttons():
             if getattr(widget, "stands", False):
                 yield widget
             waiting += widget.children
+
+
+def _meaning(button):
+    return getattr(button, "meaning", None)
 
 
 def _page_around(widget):

@@ -1,12 +1,10 @@
 """Scrolling: a scroll view that handles touches as fingers expect, and a page of one column. No scroll view is inside another one."""
 
-from kivy.clock import Clock
 from kivy.effects.scroll import ScrollEffect
 from kivy.metrics import dp
 from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
 from kivy.uix.scrollview import ScrollView
 
-from app.widgets.lists import PRESSED_ACTION, PRESSED_ROW, Row, RowPress, Rows
 from app.widgets.places import places
 
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
@@ -37,16 +35,7 @@ class CalmScroll(ScrollView):
             "always_overscroll", False
         )  # content that fits is at the upper edge, ignoring the scroll position
         super().__init__(**kwargs)
-        look = Clock.create_trigger(self._look)  # when all is in its place, before it can be touched there
-        for name in ("pos", "size", "viewport_size"):
-            self.fbind(name, look)
         places.watch(self, "viewport_size")
-
-    def _look(self, _dt):
-        """Something may have moved the lists on it."""
-        for widget in self.walk(restrict=True):
-            if isinstance(widget, Rows):
-                widget.standing.look(_top(self) + _top(widget) - _top(self._viewport))
 
     def update_from_scroll(self, *args):
         """On whole pixels: in between, every line on the page would be blurred."""
@@ -64,13 +53,6 @@ class CalmScroll(ScrollView):
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self.wheel_way = WHEEL_WAYS.get(touch.button, 0) if "button" in touch.profile else 0
-        if (
-            PRESSED_ROW not in touch.ud
-            and (row := self._under(touch, lambda widget: isinstance(widget, Row))) is not None
-        ):
-            button = self._under(touch, lambda widget: isinstance(widget, RowPress))
-            touch.ud[PRESSED_ROW] = row.key
-            touch.ud[PRESSED_ACTION] = button.name if button is not None and not button.has_just_moved else ""
         if not self.do_scroll_y and self.collide_point(*touch.pos):
             return self.simulate_touch_down(touch)  # at once: it can't become a drag
         is_for_fingers = self._under(touch, lambda widget: getattr(widget, "takes_at_once", False)) is not None
@@ -164,10 +146,6 @@ class ScrollPage(CalmScroll):
 
     def clear_widgets(self, *args, **kwargs):
         self.ids.column.clear_widgets(*args, **kwargs)
-
-
-def _top(widget) -> float:
-    return widget.to_window(widget.x, widget.top)[1]
 
 
 def page_around(widget):
