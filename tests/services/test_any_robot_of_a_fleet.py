@@ -366,3 +366,23 @@ def test_another_start_of_the_same_mission_is_not_taken_for_one_that_did_not_arr
     (lost,) = [row for row in site.executions() if row.trigger is Trigger.SCHEDULED]
     assert (lost.state, len(site.queue("R1"))) == (State.FAILED, 1)
     site.switch_off()
+
+
+@pytest.mark.parametrize(("kept", "state"), [(None, State.COMPLETED), (60.0, State.FAILED)])
+def test_a_new_fleet_that_shows_an_earlier_order_would_show_a_later_one(tmp_path, monkeypatch, kept, state):
+    """No order had ended when it was checked up. The request of its second start is lost."""
+    monkeypatch.setattr(Site, "_ended_shown_s", 0.0)
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, ids_kept=kept, orders_kept=kept)
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    first = site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: site.container.ledger.get(first.id).state is State.COMPLETED)
+    site.run(10)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    second = site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: not site.container.ledger.get(second.id).state.is_open)
+    row = site.container.ledger.get(second.id)
+    assert (row.state, len(site.queue("R1"))) == (state, 2 if kept is None else 1)
+    site.switch_off()

@@ -32,6 +32,7 @@ log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a restored backup does not know
 DOUBLED_WITHIN = timedelta(minutes=1)  # of a start, and a poll more: possible delay of a request in the network
+SHOWN_AT_MOST = timedelta(days=7)  # before, that an order is asked for which has ended
 LOOKS_BACK = timedelta(hours=1)  # for starts that another tablet may have made too
 # No person cancelled it.
 MAY_STILL_RUN = (
@@ -131,7 +132,11 @@ class Duplicates:
             or self._is_last_anothers()
         ):
             return message("its queue was reset")
-        if self._client.capabilities.find_by is FindBy.ID and age > self._ended_is_shown_for:
+        if (
+            self._client.capabilities.find_by is FindBy.ID
+            and age > self._ended_is_shown_for
+            and not self._shows_earlier(age)
+        ):
             return message("it may have ended, and the fleet may no longer show it")
         robot = self._seen.robot
         if robot.is_any and not robot.is_identified:
@@ -145,6 +150,21 @@ class Duplicates:
         """Seconds, as its check-up has seen: what was sent before may have ended and be forgotten."""
         known = self._seen.robot.known
         return (known and known.ended_shown_s) or 0.0
+
+    def _shows_earlier(self, age: float) -> bool:
+        """Whether it shows an order of the app that had ended before: what has ended since is then shown as well."""
+        sent_at = self._s.clock.now() - timedelta(seconds=age)
+        rows = self._ledger.planned_between(self._seen.robot.id, sent_at - SHOWN_AT_MOST, sent_at)
+        ended = [
+            row for row in rows if row.queue_id is not None and row.ended_at is not None and row.ended_at < sent_at
+        ]
+        if not ended:
+            return False
+        last = max(ended, key=lambda row: row.ended_at or sent_at)
+        try:
+            return not self._client.queue_item(last.queue_id or 0, last.token).state.is_open
+        except (Rejected, Ambiguous):
+            return False
 
     def _would_be_seen(self) -> bool:
         """Whether an arrived item would be found: by its token, or, on a checked-up robot, by its mission and the app's
