@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 PLACE_FOR = 2  # missions at the place
 SAMPLED_EVERY = 5.0  # s
 COEXIST = 3  # samples after the first in which a robot is free and a start waits: longer than the 10 s promised
+ASKED_AGAIN = 64.0  # s after which a robot that was away for long is asked again at the latest, or a poll later
 LAST_CALL = 5.0 + 1.5  # s before its window closes a start goes into a queue
 PROTECTED = 150.0  # s before a planned start that its robot may be kept for it: longer than any mission takes by the robots' clocks
 UNKNOWN = 340.0  # the same while the duration is not known, and taken for five minutes
@@ -267,7 +268,8 @@ class GroupJudge:
             or self.world.site.machines[robot].state is not StateId.READY
         ):
             return False
-        return not self._open_items(robot) and self.diary.is_clear(robot, now - 30.0, now, but=())
+        known_for = min(ASKED_AGAIN, max(30.0, self.world.nature.poll_interval))
+        return not self._open_items(robot) and self.diary.is_clear(robot, now - known_for, now, but=())
 
     def _is_kept(self, robot: str, plan: Schedule, now: float) -> bool:
         """For a start that is planned soon: a fixed one, or one that matters more."""
