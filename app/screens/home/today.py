@@ -320,7 +320,7 @@ def _why_not_planned(facts: HomeFacts, run: PlannedRun, robot: Robot, now: datet
 def next_words(facts: HomeFacts, robot: Robot, now: datetime) -> tuple[str, str]:
     """What comes next, and why its idle mission does not start or for what it is kept free."""
     run = next(iter(facts.planned), None)
-    said = _kept_for(facts, robot, now) or _idle_obstacle(facts, robot, run.at if run else None, now)
+    said = _kept_for(facts, now) or _idle_obstacle(facts, robot, run.at if run else None, now)
     if run is None:
         return ("" if facts.is_new else _("Nothing planned")), said
     words = _("Next about {time} {mission}") if run.is_approximate else _("Next {time} {mission}")
@@ -329,7 +329,7 @@ def next_words(facts: HomeFacts, robot: Robot, now: datetime) -> tuple[str, str]
     return words.format(time=at, mission=facts.mission_names.start(run)), held or said
 
 
-def _kept_for(facts: HomeFacts, robot: Robot, now: datetime) -> str:
+def _kept_for(facts: HomeFacts, now: datetime) -> str:
     """The planned start for which the robot is kept free, though others wait."""
     missions = {row.wait_details.get("kept_for") for row in facts.open if has_no_robot(row)}
     soon = now + timedelta(seconds=AHEAD)

@@ -53,7 +53,7 @@ def notes(facts: SchedulerFacts, draft: Draft, preview: Preview, problem: str, n
     if problem:
         remedies = tuple(_ways_out(facts, draft, now))
         return (NoteRow(_("Instead"), remedies),) if remedies else ()
-    found = [*_left_out(facts, draft), *_concerns(facts, draft, preview.forecast)]
+    found = [*_left_out(draft), *_concerns(facts, draft, preview.forecast)]
     return tuple(sorted(found, key=lambda note: (note.quiet, not note.remedies)))
 
 
@@ -85,7 +85,7 @@ def closed_weekdays(facts: SchedulerFacts, draft: Draft) -> list[str]:
     return [day for day in draft.weekdays if day not in facts.settings.working_days]
 
 
-def _left_out(facts: SchedulerFacts, draft: Draft) -> Iterator[NoteRow]:
+def _left_out(draft: Draft) -> Iterator[NoteRow]:
     """Months that don't have its day."""
     if draft.kind is Kind.MONTHLY and not draft.by_weekday and draft.month_day != LAST:
         words = missing_months(draft.schedule(), _)

@@ -58,8 +58,6 @@ class ConnectionSheet(FieldsSheet):
                 f"{name}_problem", self._reveal, "fingerprint_slot" if name == "fingerprint" else f"{name}_field"
             )
         self._entered_first = form.name, *form.connection
-        for name in FIELDS:
-            form.fbind(name, lambda *_args: setattr(self, "draft", self._would_be_lost()))
         self.show_facts()
         self._name_buttons()
 
@@ -109,6 +107,7 @@ class ConnectionSheet(FieldsSheet):
 
     def _edited(self, name: str, *_args: Any) -> None:
         """A field being corrected is no longer red, and an earlier test doesn't apply to new values."""
+        self.draft = self._would_be_lost()
         setattr(self.vm, f"{name}_problem", "")
         if name == "name":
             return
