@@ -45,7 +45,6 @@ class RowActions(MDBoxLayout):
     row = ObjectProperty(None, allownone=True)
     over = BooleanProperty(False)  # on a tinted row
     shared = BooleanProperty(False)  # equal buttons that share the width
-    _names = ()  # of the buttons
 
     def on_actions(self, *_):
         kinds = [RowWord if not action.name else RowButton if action.text else RowIcon for action in self.actions]
@@ -55,13 +54,10 @@ class RowActions(MDBoxLayout):
             self.clear_widgets()
             for kind in kinds:
                 self.add_widget(kind())
-        before, self._names = self._names, tuple(action.name for action in self.actions)
-        for n, (button, action) in enumerate(zip(self.children[::-1], self.actions, strict=True)):
+        for button, action in zip(self.children[::-1], self.actions, strict=True):
             if isinstance(button, RowWord):
                 button.text = action.text
             else:
-                if getattr(self.row, "is_same", False) and (action.name,) != before[n : n + 1]:
-                    button.rest()
                 self._show(button, action)
 
     on_over = on_actions
@@ -92,10 +88,8 @@ class ListRow(Row, Tap):
     place_width = NumericProperty(0)
     meta_width = NumericProperty(0)
     folded = BooleanProperty(False)
-    is_same = False  # whether it was this row before, too
 
     def take(self, data):
-        self.is_same = self.key == data.key
         self.key, self.item = data.key, data
         self.can_press = data.opens and data.look != "head"
 

@@ -118,6 +118,9 @@ class Row:
     def has_just_moved(self) -> bool:
         return self.standing is not None and self.standing.has_left(self)
 
+    def on_key(self, *_):
+        places.changed()
+
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             if self.has_just_moved or places.misses(self, touch):
@@ -146,27 +149,18 @@ class Row:
 
 class RowPress:
     """Mixin of the buttons in a row, which get a ``name``. What is pressed is the action that the finger came down on,
-    also if the button has become another one since; a button that has just become another takes no touch."""
+    also if the button has become another one since."""
 
     name = StringProperty()
     meaning = property(lambda self: self.name)
     _pressed = ""
-    _rests_until = 0.0
 
-    @property
-    def has_just_moved(self) -> bool:
-        return Clock.get_time() < self._rests_until
-
-    def rest(self) -> None:
-        """It is another button now."""
-        self._rests_until = Clock.get_time() + STILL
+    def on_name(self, *_):
+        places.changed()
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self._pressed = self.name
-            if self.has_just_moved:
-                self.rest()
-                return True
         return super().on_touch_down(touch)
 
     def on_touch_up(self, touch):

@@ -45,12 +45,12 @@ class Places:
     def __init__(self):
         self._known = weakref.WeakKeyDictionary()
         self._look = Clock.create_trigger(self._note)  # before the first touch after the frame that has moved something
-        self._moving = Clock.create_trigger(lambda _dt: self._look(), -1)
+        self.changed = Clock.create_trigger(lambda _dt: self._look(), -1)
 
     def watch(self, widget, *more) -> None:
         """From now on it is known when it moves; or what is in it, which ``more`` properties tell."""
         for name in ("pos", "size", "parent", *more):
-            widget.fbind(name, self._moving)
+            widget.fbind(name, self.changed)
 
     def forget(self, widget) -> None:
         """It is used for another thing, in another place."""
@@ -63,7 +63,7 @@ class Places:
         meant = weakref.WeakKeyDictionary()
         for button in _buttons():
             left, bottom, right, top = _edges(button)
-            if left <= x <= right and bottom <= y <= top and not self.has_just_moved(button):
+            if left <= x <= right and bottom <= y <= top and not self._has_changed(button):
                 meant[button] = _meaning(button)
         touch.ud[MEANT] = meant
 
@@ -72,6 +72,14 @@ class Places:
         if MEANT not in touch.ud or not widget.collide_point(*touch.pos):
             return False
         return touch.ud[MEANT].get(widget, NOTHING) != _meaning(widget)
+
+    def _has_changed(self, button) -> bool:
+        """Also since the last frame."""
+        place, now = self._known.get(button), Clock.get_time()
+        if place is not None and (now < place.until or place.meaning != _meaning(button)):
+            place.meaning, place.until = _meaning(button), now + STILL  # longer for an impatient hand
+            return True
+        return False
 
     def has_just_moved(self, widget) -> bool:
         place = self._known.get(widget.__self__)  # kv has only proxies
