@@ -725,3 +725,20 @@ MUTANTS = (
         LOST,
     ),
 )
+
+# Those that show in the same worlds through a classic fleet too. Others need what these don't bring there in time: copies, absences.
+AT_CLASSIC_FLEETS = (
+    "every failed start is sent again",
+    "an unknown outcome is never looked for",
+    "no quiet time",
+    "an intent that is not on disk",
+    "a restored row is sent unasked",
+    "after a restore intents are written ahead",
+    "how far a schedule is planned is not kept",
+    "robots that forget descriptions have nothing of ours",
+    "all rows missed",
+    "everything that is due was missed",
+    "everything fails without a request",
+    "no back-off",
+    "one failed try ends it",
+)

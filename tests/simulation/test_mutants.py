@@ -8,7 +8,7 @@ from app.mir.errors import RobotError
 from tests.simulation.__main__ import simulate
 from tests.simulation.fleet_mutants import FLEET_MUTANTS, FleetMutant
 from tests.simulation.group_mutants import GROUP_MUTANTS
-from tests.simulation.mutants import MUTANTS, planted
+from tests.simulation.mutants import AT_CLASSIC_FLEETS, MUTANTS, planted
 
 ALL = (*MUTANTS, *GROUP_MUTANTS)
 QUICK = ("every failed start is sent again",)
@@ -29,8 +29,19 @@ def test_each_of_them_can_be_planted():
     [pytest.param(mutant, id=mutant.name, marks=() if mutant.name in QUICK else pytest.mark.long) for mutant in ALL],
 )
 def test_a_planted_bug_is_found(mutant):
+    assert_found(mutant, "robot")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", AT_CLASSIC_FLEETS)
+def test_a_planted_bug_is_found_through_a_classic_fleet(name):
+    """Fleet Enterprise takes an id only once, so that there a bug that repeats starts does no harm."""
+    assert_found(next(mutant for mutant in MUTANTS if mutant.name == name), "classic")
+
+
+def assert_found(mutant, target):
     with planted(mutant):
-        found = simulate(mutant.seed, mutant.hours, mutant.profile, mutant.oracle)
+        found = simulate(mutant.seed, mutant.hours, mutant.profile.through(target), mutant.oracle)
     assert any(mutant.oracle in problem for problem in found.violations), found.line(mutant.seed)
 
 
