@@ -8,7 +8,7 @@ from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
-from app.domain.models import Alarm, Reason, ReasonCode
+from app.domain.models import Alarm, Reason, ReasonCode, RobotSnapshot
 from app.domain.reasons import to_store
 from app.mir.errors import Unreachable
 from app.screens.common.alarm_groups import menu_of_group
@@ -65,6 +65,7 @@ class Desk:
         services: Any = SimpleNamespace(
             clock=SimpleNamespace(now=lambda: sample.NOW),
             alarms=SimpleNamespace(past=lambda _limit: (past, 312 if past else 0)),
+            snapshots=SimpleNamespace(get=RobotSnapshot),
         )
         shell: Any = SimpleNamespace(background=self, dialogs=studio.dialogs, say_problem=print)
         self.model = AlarmsModel(services, shell, lambda _act, _about: None, lambda: None)
