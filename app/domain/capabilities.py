@@ -13,34 +13,26 @@ class FindBy(StrEnum):
     ID = "id"  # the app chooses the id of an order: ids don't grow
     TOKEN = "token"  # noqa: S105  # the order gives back the text that was sent with it
     MATCH = "match"  # neither: by mission, user and number
-    NONE = "none"  # not at all: nothing is sent automatically
 
 
 @dataclass(frozen=True)
 class Capabilities:
     """A robot's own; a fleet's differ.
 
-    Attributes: any_vehicle: the fleet chooses the robot of an order. cancel_waiting, cancel_running: one order can be
-    cancelled before, and while, it runs. pause, clear_error, prompts: a person can pause and resume the robot, clear
-    its errors, answer its questions. failure_text: an order that failed says why. parameters: missions say what they
-    ask for. registers, maps: they can be read.
-    clear_others: clearing the queue takes missions of others, too. clock: answers have the time. robot_ages: a status says how old it is.
+    Attributes: own_queue: its queue and the ids there are the robot's alone, and clearing it takes all; a fleet's list
+    has the orders of all its robots. cancel_waiting, cancel_running: one order can be cancelled before, and while, it
+    runs. pause, clear_error, prompts: a person can pause and resume the robot, clear its errors, answer its questions.
+    failure_text: an order that failed says why.
     """
 
     find_by: FindBy = FindBy.TOKEN
-    any_vehicle: bool = False
+    own_queue: bool = True
     cancel_waiting: bool = True
     cancel_running: bool = True
     pause: bool = True
     clear_error: bool = True
     prompts: bool = True
     failure_text: bool = True
-    parameters: bool = True
-    registers: bool = True
-    maps: bool = True
-    clock: bool = True
-    robot_ages: bool = False
-    clear_others: bool = True
 
 
 OF_A_ROBOT = Capabilities()

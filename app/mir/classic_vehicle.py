@@ -42,14 +42,7 @@ from app.mir.transport import OF_ALL, Timeouts, Transport
 VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet
 NEWEST = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE)}
 
-OF_A_VEHICLE = Capabilities(
-    find_by=FindBy.MATCH,
-    pause=False,
-    clear_error=False,
-    failure_text=False,
-    registers=False,
-    clear_others=False,
-)
+OF_A_VEHICLE = Capabilities(find_by=FindBy.MATCH, own_queue=False, pause=False, clear_error=False, failure_text=False)
 
 
 class ClassicVehicle(ClassicRequests):
@@ -95,7 +88,6 @@ class ClassicVehicle(ClassicRequests):
         return replace(
             OF_A_VEHICLE,
             find_by=find_by,
-            any_vehicle=self._is_any,
             pause=reaches,
             clear_error=reaches,
             failure_text=reaches,

@@ -32,7 +32,7 @@ VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet and
 SILENT_AFTER = 15.0  # s without news of a robot, which reports each second: it has no contact
 ORDER = "/serial-order"
 
-OF_A_VEHICLE = Capabilities(find_by=FindBy.ID, registers=False, maps=False, robot_ages=True, clear_others=False)
+OF_A_VEHICLE = Capabilities(find_by=FindBy.ID, own_queue=False)
 
 
 class EnterpriseVehicle(EnterpriseRequests):
@@ -65,7 +65,7 @@ class EnterpriseVehicle(EnterpriseRequests):
     @property
     def capabilities(self) -> Capabilities:
         can = not self._is_any and self._connection.notes.version >= FIND_BY_ID
-        return replace(OF_A_VEHICLE, any_vehicle=self._is_any, pause=can, clear_error=can, prompts=can)
+        return replace(OF_A_VEHICLE, pause=can, clear_error=can, prompts=can)
 
     # ------------------------------------------------------------------ who it is
     def identify(self) -> Identity:

@@ -150,7 +150,7 @@ class HomeCommands(HomeState):
             "Clear {n} mission from the queue of {robot}?", "Clear {n} missions from the queue of {robot}?", count
         )
         text = _("Missions of others go too. A running one is cancelled.")
-        if not self.facts.snapshot.capabilities.clear_others:
+        if not self.facts.snapshot.capabilities.own_queue:
             text = _("Missions of others stay. A running one is cancelled.")
         if self.card.old:
             text += " " + _("{robot} doesn't answer now, so perhaps nothing is removed.").format(robot=robot.name)

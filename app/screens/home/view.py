@@ -52,8 +52,8 @@ def present(facts: HomeFacts, now: datetime, room: float = 7.0) -> HomeView:
 
 def _cleared(facts: HomeFacts) -> int:
     """How many missions Clear queue would remove."""
-    clears_others = facts.snapshot.capabilities.clear_others
-    return len(facts.snapshot.queue) + len(facts.not_in_queue) if clears_others else len(facts.open_here)
+    clears_all = facts.snapshot.capabilities.own_queue
+    return len(facts.snapshot.queue) + len(facts.not_in_queue) if clears_all else len(facts.open_here)
 
 
 def tabs(facts: HomeFacts, opened: int | None, now: datetime) -> list[Tab]:

@@ -61,7 +61,7 @@ class Duplicates:
     def of(self, row: Execution) -> list[QueueItem]:
         """Items that the attempts of this row put on the robot, oldest first."""
         floor = row.queue_floor or 0
-        if floor and self._seen.robot.fleet is not None:  # others may order past it before the next look
+        if floor and not self._client.capabilities.own_queue:  # others may order past it before the next look
             self._seen.read_highest(floor)
         newer = sorted(self._client.items_after(floor, tokens=(row.token,)), key=lambda item: item.id)
         found = [item for item in newer if item.description == row.token]
@@ -110,7 +110,8 @@ class Duplicates:
     def _is_last_anothers(self) -> bool:
         """Whether a fleet has another order under the number of the newest that it has taken from the app. Raises
         RobotError."""
-        if self._seen.robot.fleet is None or self._client.capabilities.find_by is FindBy.ID:
+        can = self._client.capabilities
+        if can.own_queue or can.find_by is FindBy.ID:
             return False
         last = self._last_accepted()
         row = last and self._ledger.by_token(last.token)
@@ -380,8 +381,8 @@ class Duplicates:
     def _floors(self) -> dict[str, int]:
         """By token, of all watched starts; and of those that were sent lately to a fleet, which may run a copy at once and end
         it between two polls."""
-        floors = {token: floor for token, (floor, _until) in self._watched.items()}
-        if self._seen.robot.fleet is not None and self._client.capabilities.find_by is FindBy.TOKEN:
+        floors, can = {token: floor for token, (floor, _until) in self._watched.items()}, self._client.capabilities
+        if not can.own_queue and can.find_by is FindBy.TOKEN:
             floors |= {row.token: row.queue_floor or 0 for row in self._sent_since(self._unsearched_from)}
         return floors
 
@@ -492,7 +493,7 @@ class Duplicates:
             return item.state is QueueState.ABORTED or bool(
                 self._ledger.apply([transitions.adopt(row, self._seen.robot, item, self._s.clock.now())])
             )
-        may_be_theirs = self._seen.robot.fleet is not None and not item.vehicle
+        may_be_theirs = not self._client.capabilities.own_queue and not item.vehicle
         if row.state is State.SUBMITTING and (may_be_theirs or not item.is_pending):
             return False  # it is searched for there, and may not be found
         if row.state.is_open or row.queue_id is not None:

@@ -97,12 +97,12 @@ class Observation:
     @property
     def last_use(self) -> int | None:
         """The id that is another one once the robot has more to do."""
-        return self.highest if self.robot.fleet is None else self.newest
+        return self.highest if self._client.capabilities.own_queue else self.newest
 
     def read_highest(self, floor: int = 0) -> int:
         """The highest queue id. Lower than the last answer or the ``floor``: the fleet has begun its numbers again."""
         highest = self._client.highest_queue_id() or 0
-        if self.robot.fleet is not None and highest < max(self._highest_answer, floor):
+        if not self._client.capabilities.own_queue and highest < max(self._highest_answer, floor):
             self.began_again_at = self._s.clock.monotonic()
         self.highest = self._highest_answer = highest
         return highest

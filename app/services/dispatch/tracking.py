@@ -104,7 +104,7 @@ class Tracking:
         return self._transitions(row, item, open_ids)
 
     def _vanished(self, row: Execution, queue_id: int) -> Transition:
-        details = {"queue_id": queue_id, **({} if self._seen.robot.fleet is None else {"fleet": True})}
+        details = {"queue_id": queue_id, **({} if self._client.capabilities.own_queue else {"fleet": True})}
         return transitions.end(Event.ABORT, row, Reason(ReasonCode.VANISHED, details))
 
     def _has_been_missing(self, queue_id: int) -> bool:

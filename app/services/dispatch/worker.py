@@ -300,7 +300,7 @@ class RobotWorker:
         self._sending.send_due()
         if full:
             self.seen.read_highest()
-            if self.robot.fleet is not None and self.robot.idle is not None:
+            if not self._client.capabilities.own_queue and self.robot.idle is not None:
                 self.seen.newest = self._newest()
             self._sending.send_due()
         longest_gap = STALE_POLLS * self._s.settings().poll_interval_seconds
@@ -351,7 +351,7 @@ class RobotWorker:
         read: a list that ends too early gives too low a number."""
         if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:
             return False
-        if self.robot.fleet is not None:  # whose list does not have to end with this robot's newest
+        if not self._client.capabilities.own_queue:  # whose list does not have to end with this robot's newest
             return False
         try:
             self._client.queue_item(last_queue_id)
@@ -379,7 +379,7 @@ class RobotWorker:
         self.seen.read_highest()
         is_wanted = self._s.ledger.wanted(row).why is None
         is_unused = self.seen.highest == row.queue_floor
-        if self.robot.fleet is not None:
+        if not self._client.capabilities.own_queue:
             self.seen.newest = self._newest()
             is_unused = self.seen.newest == self._s.robots.idle_queue_id(self._s.db.read(), self.robot.id)
         return is_wanted and is_unused and self._idle_mission_is_due(None, math.inf)

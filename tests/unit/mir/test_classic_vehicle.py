@@ -147,7 +147,6 @@ def test_clearing_cancels_the_apps_own_orders_only(hall: Hall) -> None:
 
 def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
     any_robot, own = hall.vehicle(ANY_VEHICLE), token()
-    assert any_robot.capabilities.any_vehicle
     assert any_robot.status().state is RobotState.READY
     assert any_robot.status().battery_percentage is None
     number = any_robot.enqueue(GUIDS["Home"], description=own)

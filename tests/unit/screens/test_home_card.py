@@ -135,7 +135,7 @@ def test_a_silent_fleet_counts_once_in_the_tab_of_all_robots():
 
 def test_a_fleet_clears_only_what_was_sent_from_here():
     all_of_them = present(with_aino(EXECUTING), NOW).clear_count
-    ours = present(with_aino(EXECUTING, capabilities=Capabilities(clear_others=False)), NOW).clear_count
+    ours = present(with_aino(EXECUTING, capabilities=Capabilities(own_queue=False)), NOW).clear_count
     assert (all_of_them, ours) == (4, len(FACTS.open_here))
     assert ours < all_of_them
 
