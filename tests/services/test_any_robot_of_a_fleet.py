@@ -20,6 +20,7 @@ from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
 from app.services.dispatch.duplicates import Duplicates
+from app.services.dispatch.own_items import OwnItems
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
 from mir_sim.fleets.enterprise_orders import Origin
@@ -149,7 +150,7 @@ def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fl
             answer=lambda _robot, asked_at, _items, _tokens=None: answered.append(asked_at),
         ),
     )
-    Duplicates(client, context, SimpleNamespace(robot=Robot("Aino", "", fleet=fleet, vehicle="1"))).answer()
+    OwnItems(client, context, SimpleNamespace(robot=Robot("Aino", "", fleet=fleet, vehicle="1"))).answer()
     assert (searched, answered) == ([floor], [7.0 if is_answer else -math.inf])
 
 
@@ -216,7 +217,7 @@ def test_a_start_in_doubt_is_not_repeated_at_a_fleet_that_may_be_another_one(ide
     )
     robot = Robot("Any", "", fleet=Fleet("Hall", "http://hall", identity=identity), vehicle=ANY_VEHICLE)
     seen = SimpleNamespace(robot=robot, began_again_at=-math.inf, read_highest=lambda _floor: 1)
-    about = Duplicates(client, context, seen)
+    about = OwnItems(client, context, seen)
     row = SimpleNamespace(queue_floor=1)
     assert (about.why_uncertain(row, is_taken=False, may_change_robot=False) == "") is is_certain
 

@@ -61,7 +61,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "looked for above another robot's numbers",
-        "services.dispatch.duplicates:Duplicates.of",
+        "services.dispatch.own_items:OwnItems.of",
         "self._client.items_after(floor, ",
         "self._client.items_after(floor + (1000 if row.group_id else 0), ",
         "items with one token",

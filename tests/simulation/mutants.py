@@ -203,10 +203,11 @@ SENDING, LEDGER, PLANNER = (
     "services.dispatch.ledger:Ledger",
     "services.dispatch.planner:Planner",
 )
-ROW_MAKER, GUARD, DUPLICATES = (
+ROW_MAKER, GUARD, DUPLICATES, OWN_ITEMS = (
     "services.dispatch.planned_rows:RowMaker",
     "services.dispatch.clock_guard:ClockGuard",
     "services.dispatch.duplicates:Duplicates",
+    "services.dispatch.own_items:OwnItems",
 )
 TRACKING, ENGINE, HOLDS = (
     "services.dispatch.tracking:Tracking",
@@ -230,7 +231,7 @@ MUTANTS = (
     ),
     Mutant(
         "an unknown outcome is never looked for",
-        f"{DUPLICATES}.of",
+        f"{OWN_ITEMS}.of",
         "found = [item for item in newer if item.description == row.token]",
         "found = []",
         "items with one token",
@@ -297,8 +298,8 @@ MUTANTS = (
     ),
     Mutant(
         "robots that forget descriptions have nothing of ours",
-        f"{DUPLICATES}.of",
-        "candidates = [item for item in newer if self._may_be_of(row, item)][:1]",
+        f"{OWN_ITEMS}.of",
+        "candidates = [item for item in newer if self.may_be_of(row, item)][:1]",
         "candidates = []",
         "more items with one token",
         FORGETFUL,

@@ -82,7 +82,7 @@ class Sending:
         self._first: set[int] = set()  # never sent here before they were begun
         self._recovered: set[tuple[object, ...]] = set()  # intents that were looked for as lost ones
         self._waiting = Waiting(context, self._later, observation.robot.id)
-        duplicates.note_accepted = self.note
+        duplicates.own.note_accepted = self.note
         self.waits_for_free_robot = False  # something waits until the robot is free
 
     # ------------------------------------------------------------------ called by the worker
@@ -283,7 +283,7 @@ class Sending:
                     return False
             if self._seen.highest is None:
                 self._seen.read_highest()
-            already_there = self._duplicates.of(row) if row.attempts and row.queue_floor is not None else []
+            already_there = self._duplicates.own.of(row) if row.attempts and row.queue_floor is not None else []
             if (
                 not already_there
                 and self._values(row) is None
@@ -495,13 +495,13 @@ class Sending:
                 self._give_up(row, message("the robot has been replaced by another machine"))
                 return
             self._seen.identify()  # with other software it may answer in another way
-            if found := self._duplicates.of(row):
+            if found := self._duplicates.own.of(row):
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
             age = self._age(attempt)
             if quiet_left <= 0 and (
-                problem := self._duplicates.why_uncertain(row, attempt.is_taken, may_change_robot(row), age)
+                problem := self._duplicates.own.why_uncertain(row, attempt.is_taken, may_change_robot(row), age)
             ):
                 self._give_up(row, problem)
                 return

@@ -97,7 +97,7 @@ class Tracking:
                 if not isinstance(error, Rejected) or error.status not in (404, 410):
                     return self._not_readable(row, queue_id, error, open_ids)
                 return [self._vanished(row, queue_id)] if self._has_been_missing(queue_id) else []
-        if not self._duplicates.is_ours(row, item):
+        if not self._duplicates.own.is_ours(row, item):
             return [self._vanished(row, queue_id)]
         if row.cancel_code and item.state.is_open:
             self._duplicates.cancel(queue_id, row, runs=not item.is_pending)  # the first request may have been lost

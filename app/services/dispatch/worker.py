@@ -235,7 +235,7 @@ class RobotWorker:
                 self.seen.identify()
                 open_ids, unread = self._open_ids(status, full)
                 self._tracking.follow(status.serial_number, open_ids)
-                self._duplicates.answer()
+                self._duplicates.own.answer()
                 if unread is not None:
                     self.seen.note_failure(unread)
                 elif open_ids is not None:
@@ -263,7 +263,7 @@ class RobotWorker:
         """Without a password nothing can be asked: running missions stay unchanged until it is entered."""
         if self.robot.needs_password:
             return
-        self._duplicates.answer()
+        self._duplicates.own.answer()
         try:
             self._tracking.follow(None)
             if self._duplicates.is_watching:  # what comes now is not wanted
@@ -328,7 +328,7 @@ class RobotWorker:
         ):
             return
         try:
-            if (copy := self._duplicates.newest_of_idle_mission(last, self.seen.last_use)) is not None:
+            if (copy := self._duplicates.own.newest_of_idle_mission(last, self.seen.last_use)) is not None:
                 self._s.ledger.note_last_use(self.robot.id, copy)
                 return
         except RobotError:
