@@ -108,7 +108,6 @@ __all__ = [
     "CHARGED",
     "DESCRIBED",
     "ITS_STATUS",
-    "LISTED",
     "NUMBERED",
     "OWN_ADDRESS",
     "OWN_CLOCK",
@@ -133,9 +132,6 @@ ITS_STATUS = pytest.mark.only_for(
     ROBOT,
     "classic",
     reason="what a robot of Fleet Enterprise does is only in the snapshot of orders: no status without it",
-)
-LISTED = pytest.mark.only_for(
-    ROBOT, "classic", reason="an order of Fleet Enterprise that can't be read by its id for an hour is in no other list"
 )
 _NEWEST = "a classic fleet's newest order of a robot is not known where it neither sorts nor searches"
 SORTED = pytest.mark.only_for(ROBOT, "enterprise", reason=_NEWEST)

@@ -92,10 +92,10 @@ class Duplicates:
         self._find_other_tablet(items.values())
         mono = self._s.clock.monotonic()
         floors = self._floors()
-        newer = self._search(mono, floors)
+        newer, unread = self._search(mono, floors)
         before = set(self._watched)
         items |= {item.id: item for item in newer if item.description in floors}
-        unsettled = self._report_unmarked_items(newer, open_items)
+        unsettled = self._report_unmarked_items(newer, open_items) | unread
         for item in sorted(items.values(), key=lambda item: item.id):
             row = self._ledger.by_token(item.description)
             if row is None or (row.robot_id != self._seen.robot.id and row.group_id is None):
@@ -152,14 +152,13 @@ class Duplicates:
             floors |= {row.token: row.queue_floor or 0 for row in self._sent_since(self._unsearched_from)}
         return floors
 
-    def _search(self, mono: float, floors: Mapping[str, int]) -> list[QueueItem]:
-        """Items above these floors, also after a long absence of the robot. A queue that can't be searched would make its
-        robot unreadable for ever: after an hour, searches past their time are given up. Raises RobotError."""
+    def _search(self, mono: float, floors: Mapping[str, int]) -> tuple[list[QueueItem], set[str]]:
+        """Items above these floors, also after a long absence of the robot, and the tokens of those that can't be read. A
+        queue that can't be searched would make its robot unreadable for ever: after an hour, searches past their time
+        are given up. Raises RobotError."""
         now = self._s.clock.now()
         try:
-            newer = self._client.items_after(self._lowest(floors), tokens=floors) if floors else []
-        except Ambiguous:  # those that may still run are among the open ones
-            newer = []
+            found = self._newer(floors)
         except RobotError:
             self._unsearched_since = min(self._unsearched_since, mono)
             if mono - self._unsearched_since >= UNSEARCHED_AT_MOST:
@@ -168,7 +167,23 @@ class Duplicates:
                 self._watched = {token: value for token, value in self._watched.items() if token not in over}
             raise
         self._unsearched_since, self._unsearched_from = math.inf, now - DOUBLED_WITHIN
-        return newer
+        return found
+
+    def _newer(self, floors: Mapping[str, int]) -> tuple[list[QueueItem], set[str]]:
+        """Where each is asked for by its token, one that can't be read hides no other."""
+        newer, unread = list[QueueItem](), set[str]()
+        are_asked_singly = self._client.capabilities.find_by is FindBy.ID
+        together = [[*floors]] if floors else []
+        for tokens in [[token] for token in floors] if are_asked_singly else together:
+            try:
+                newer += self._client.items_after(self._lowest(floors), tokens=tokens)
+            except Ambiguous:  # those that may still run are among the open ones
+                continue
+            except (RobotFault, Unreadable):
+                if not are_asked_singly:
+                    raise
+                unread.update(tokens)
+        return newer, unread
 
     def _report_unmarked_items(self, newer: Sequence[QueueItem], open_items: Sequence[QueueItem]) -> set[str]:
         """A robot that returns no tokens may have a second item of a watched or recent start, or one that a person put

@@ -69,9 +69,8 @@ test_unreadable = cases_of(
             [120 * others + 300, true(lambda s: outcome(s.row("A")) == UNKNOWN)],
             [spoilt_for, REPAIRED, 60, true(lambda s: {outcome(row) for row in s.executions()} == {DONE})],
             true(lambda s: "unknown_outcome" not in s.alarms()),
-            mark=mark,
         )
-        for spoilt_for, mark in ((3, None), (3600, LISTED))
+        for spoilt_for in (3, 3600)
         for others in (0, 3)
     ),
     *(
