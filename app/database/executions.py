@@ -442,9 +442,9 @@ class ExecutionRepository:
 
     def last_ended(self, c: sqlite3.Connection, robot_id: int, now: datetime, limit: int) -> list[Execution]:
         """Of one robot, the last one to end first, without what was planned for later."""
-        rest = """WHERE robot_id = ? AND ended_at IS NOT NULL AND planned_at < ?
-                  ORDER BY ended_at DESC, id DESC LIMIT ?"""
-        return self._list(c, rest, robot_id, to_text(now), limit)
+        of_it, ids = of_robots([robot_id])
+        rest = f"WHERE {of_it} AND ended_at IS NOT NULL AND planned_at < ? ORDER BY ended_at DESC, id DESC LIMIT ?"
+        return self._list(c, rest, *ids, to_text(now), limit)
 
     def counts(self, c: sqlite3.Connection, wanted: ExecutionFilter) -> dict[State, int]:
         """How many rows there are in each state."""
@@ -474,6 +474,18 @@ class ExecutionRepository:
         return [execution_of(row) for row in c.execute(f"SELECT * FROM executions {rest}", values)]
 
 
+def of_robots(ids: Sequence[int]) -> tuple[str, list[object]]:
+    """A condition and its values: the runs that were asked of these robots, and those asked of any robot of their fleet
+    that one of them took."""
+    its = placeholders(ids)
+    return (
+        f"""(robot_id IN ({its}) OR robot_id IN (SELECT id FROM current_robots WHERE vehicle = 'any') AND (robot_id, taken_by) IN (
+        SELECT whichever.id, taker.name FROM current_robots AS taker JOIN current_robots AS whichever USING (fleet_id)
+        WHERE whichever.vehicle = 'any' AND taker.id IN ({its})))""",
+        [*ids, *ids],
+    )
+
+
 def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
     """The WHERE of a filter and its values."""
     parts, values = ["1"], []  # type: list[str], list[object]
@@ -483,7 +495,8 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
         values.extend(given)
 
     if wanted.robot_ids is not None:
-        demand(f"robot_id IN ({placeholders(wanted.robot_ids)})", *wanted.robot_ids)
+        of_them, ids = of_robots(wanted.robot_ids)
+        demand(of_them, *ids)
     if wanted.group is not None:
         demand("robot_group = ?", wanted.group)
     if wanted.mission is not None:

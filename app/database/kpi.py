@@ -15,7 +15,7 @@ from itertools import islice
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-from app.database.executions import execution_of
+from app.database.executions import execution_of, of_robots
 from app.database.values import placeholders, to_instant, to_text
 from app.domain.clock import midnight
 from app.domain.models import Execution, ReasonCode
@@ -23,6 +23,9 @@ from app.domain.models import Execution, ReasonCode
 EARLIEST = ""  # before every instant as text
 DAY = timedelta(days=1)
 _ENDED = "executions INDEXED BY executions_by_day WHERE ended_at >= ? AND ended_at < ?"
+_TAKEN = """current_robots AS whichever CROSS JOIN executions INDEXED BY executions_by_day ON robot_id = whichever.id
+    JOIN current_robots AS taker ON taker.fleet_id = whichever.fleet_id AND taker.name = taken_by
+    WHERE whichever.vehicle = 'any' AND state IN ('completed', 'failed', 'cancelled') AND ended_at >= ? AND ended_at < ?"""
 _OF_GROUPS = """executions INDEXED BY executions_of_groups
     WHERE group_id IS NOT NULL AND trigger = 'scheduled' AND ended_at >= ? AND ended_at < ?"""
 _KEY = "robot_id, robot_group, is_scheduled, state, reason_code, is_submitted"
@@ -50,8 +53,7 @@ class Span:
 
     @property
     def condition(self) -> str:
-        robots = "" if self.robot_ids is None else f" AND robot_id IN ({placeholders(self._robots)})"
-        return self.of_group + robots
+        return self.of_group + ("" if self.robot_ids is None else f" AND {of_robots(self._robots)[0]}")
 
     @property
     def of_group(self) -> str:
@@ -59,7 +61,7 @@ class Span:
 
     @property
     def values(self) -> list[object]:
-        return [*self.but_robots, *self._robots]
+        return [*self.but_robots, *of_robots(self._robots)[1]]
 
     @property
     def but_robots(self) -> list[object]:
@@ -116,21 +118,30 @@ class GroupStarts(NamedTuple):
 
 
 class KpiRepository:
-    def counts(self, c: sqlite3.Connection, start: str, end: str) -> list[Count]:
+    def counts(self, c: sqlite3.Connection, start: str, end: str, asked: Sequence[int] = ()) -> list[Count]:
         """Everything that ended in [start, end): the UTC days nearest to it as they are kept, and the rows between its ends and the
-        midnights of these, added or taken away."""
+        midnights of these, added or taken away. What any robot of a fleet was asked for counts for the robot that took
+        it, unless any robot is among the ``asked`` ones."""
         first, last = _nearest_day(start), _nearest_day(end)
         ends = [(start, first, 1), (first, start, -1), (last, end, 1), (end, last, -1)]
         if first >= last:
             first, last, ends = "", "", [(start, end, 1)]
-        of_rows = f"""UNION ALL SELECT coalesce(robot_id, 0), robot_group, trigger = 'scheduled', state, coalesce(reason_code, ''),
-                      submitted_at IS NOT NULL, ? * starts, ? * (duration_s IS NOT NULL),
-                      ? * coalesce(CAST(round(duration_s * 1000000) AS INTEGER), 0) FROM {_ENDED}"""
+        taken = f"{_TAKEN} AND whichever.id NOT IN ({placeholders(asked)})"
+        of_rows, to_taker, from_any = (
+            f"""UNION ALL SELECT {robot}, robot_group, trigger = 'scheduled', state, coalesce(reason_code, ''),
+                submitted_at IS NOT NULL, ? * starts, ? * (duration_s IS NOT NULL),
+                ? * coalesce(CAST(round(duration_s * 1000000) AS INTEGER), 0) FROM {rows}"""
+            for robot, rows in (("coalesce(robot_id, 0)", _ENDED), ("taker.id", taken), ("robot_id", taken))
+        )
         rows = c.execute(
             f"""SELECT {_KEY}, sum(starts) AS number, sum(timed), sum(microseconds) FROM (
-                SELECT {_KEY}, starts, timed, microseconds FROM ended_days WHERE day >= ? AND day < ? {of_rows * len(ends)})
+                SELECT {_KEY}, starts, timed, microseconds FROM ended_days WHERE day >= ? AND day < ?
+                {of_rows * len(ends)} {to_taker} {from_any})
                 GROUP BY {_KEY} HAVING number <> 0""",
-            (first, last, *(value for low, high, sign in ends for value in (sign, sign, sign, low, high))),
+            (
+                *(first, last, *(value for low, high, sign in ends for value in (sign, sign, sign, low, high))),
+                *(value for sign in (1, -1) for value in (sign, sign, sign, start, end, *asked)),
+            ),
         )
         return [Count(*row) for row in rows]
 

@@ -72,7 +72,7 @@ def _done(facts: HomeFacts, now: datetime, most: int) -> Iterator[Item]:
         yield Item(
             ("run", run.id),
             facts.mission_names.run(run),
-            " · ".join(filter(None, (run.taken_by, "" if is_well else outcome_line(run)))),
+            " · ".join(filter(None, (_of_any(run, facts), "" if is_well else outcome_line(run)))),
             lead=formats.clock_time(run.ended_at or run.planned_at, facts.settings.timezone),
             icon="check" if is_well else icon,
             tone=tone,
@@ -200,7 +200,8 @@ def _unknown(key: tuple[str, int], mission: str, at: str) -> Item:
 
 def _of_any(run: Execution, facts: HomeFacts) -> str:
     """Of a start for any robot of a fleet: which one it is on; there, that any was asked for."""
-    return run.taken_by if run in facts.open_here else run.robot
+    here = facts.robot is not None and run.robot_id == facts.robot.id
+    return run.taken_by if here else run.robot
 
 
 def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goes: bool, now: datetime) -> Item:

@@ -227,6 +227,7 @@ def robot_bars(robots: Sequence[Facts]) -> list[RobotBar]:
             robot.charging_s / robot.observed_s if robot.observed_s else 0.0,
         )
         for robot in robots
+        if not robot.is_any
     ]
 
 

@@ -87,7 +87,7 @@ def _numbers(key: str, figures: Figures) -> list[FactLine]:
     if key == "per_day":
         return _counted({_("Completed"): facts.completed, _("Recorded days"): facts.recorded_days})
     if key == "utilisation":
-        return [_utilisation_line(robot) for robot in facts.robots]
+        return [_utilisation_line(robot) for robot in facts.robots if not robot.is_any]
     counts = {_("Planned"): facts.planned, _("Ran"): facts.ran}
     counts |= {sentence(Reason(code), "UTC", _): number for code, number in facts.not_run.items()}
     return [

@@ -128,7 +128,8 @@ def _key_figures(report: ShiftReport) -> Sequence[tuple[str, str, str]]:
     """Label, value, and of what."""
     facts, delays = report.facts, report.delays
     most = _("nine of ten within {duration}").format(duration=formats.duration(delays.value("delay_most")))
-    robots = ngettext("{n} robot", "{n} robots", len(facts.robots)).format(n=len(facts.robots))
+    n = sum(not robot.is_any for robot in facts.robots)
+    robots = ngettext("{n} robot", "{n} robots", n).format(n=n) if n else ""
     return [
         *((_(FIGURES[key].title), _share(facts.value(key)), note(key, facts)) for key in ("success", "adherence")),
         (_(FIGURES["duration"].title), formats.duration(facts.value("duration")), note("duration", facts)),
@@ -209,7 +210,7 @@ def _robot(robot: Facts) -> Sequence[str]:
         escape(formats.percent(None if share is None else share * 100)),
         bar,
         escape(formats.rough_duration(robot.mission_s)),
-        escape(formats.rough_duration(robot.observed_s)),
+        escape(formats.rough_duration(None if robot.is_any else robot.observed_s)),
         str(robot.completed),
         str(robot.failed),
         str(robot.cancelled),

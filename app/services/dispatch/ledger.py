@@ -67,8 +67,9 @@ class Ledger:
         return self._executions.is_claimed(self._db.read(), robot_id, queue_id)
 
     def planned_between(self, robot_id: int, start: datetime, end: datetime) -> list[Execution]:
+        """Asked of this robot, without what its fleet had it do for any robot."""
         wanted = ExecutionFilter(robot_ids=[robot_id], start=start, end=end)
-        return list(self._executions.stream(self._db.read(), wanted))
+        return [row for row in self._executions.stream(self._db.read(), wanted) if row.robot_id == robot_id]
 
     # ------------------------------------------------------------------ new rows
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:

@@ -45,6 +45,9 @@ class Facts:
     robots: Sequence[Facts] = ()  # in order of name
     robot_id: int = 0
     robot: str = ""
+    is_any: bool = (
+        False  # runs that any robot of a fleet was asked for, under its name: which robot had them is not known
+    )
     day: date | None = None
 
     @property

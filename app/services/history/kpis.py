@@ -22,7 +22,7 @@ from app.database.settings import SettingsRepository
 from app.database.values import from_json, to_instant, to_text
 from app.domain.activity import seen_seconds
 from app.domain.clock import DAY, MOMENT, Clock, days_between, midnight
-from app.domain.models import Execution
+from app.domain.models import Execution, Robot
 from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
 from app.services.planning.working_days import working_calendar
@@ -66,17 +66,17 @@ class Kpis:
 
     def facts(self, wanted: KpiFilter = ALL) -> Facts:
         """Of the whole period; ``robots`` are the configured ones of the filter, and removed ones with history in
-        it."""
+        it. What any robot of a fleet was asked for is one of them as far as it is not known which robot took it."""
         c = self._db.read()
         span, zone = wanted.span(self._clock.now()), self._zone()
-        counts = self._repository.counts(c, span.start, span.end)
+        counts = self._repository.counts(c, span.start, span.end, wanted.robot_ids or ())
         days = self._repository.recorded_days(c, span, zone)
-        names = self._robots(wanted, counts)
-        seen = self._seen(names, wanted.start or _FIRST_INSTANT, wanted.end, zone)
+        named = self._robots(wanted, counts)
+        seen = self._seen(named, wanted.start or _FIRST_INSTANT, wanted.end, zone)
         return self._facts(
             counts,
             wanted,
-            names,
+            named,
             {robot_id: list(of_days.values()) for robot_id, of_days in seen.items()},
             recorded_days=len(days),
             working_s=self._working_seconds(wanted, days, zone),
@@ -89,14 +89,14 @@ class Kpis:
         recorded = dates or self._repository.recorded_days(c, span, zone)
         if not recorded:
             return []
-        names = self._robots(wanted, ())
-        seen = self._seen(names, midnight(recorded[0], zone), midnight(recorded[-1] + DAY, zone), zone)
+        named = self._robots(wanted, ())
+        seen = self._seen(named, midnight(recorded[0], zone), midnight(recorded[-1] + DAY, zone), zone)
         found = []
         for day in days_between(recorded[0], recorded[-1]):
             start, end = (to_text(midnight(each, zone)) for each in (day, day + DAY))
-            counts = self._repository.counts(c, max(start, span.start), min(end, span.end))
+            counts = self._repository.counts(c, max(start, span.start), min(end, span.end), wanted.robot_ids or ())
             seconds = {robot_id: [of_days.get(day, {})] for robot_id, of_days in seen.items()}
-            facts = self._facts(counts, wanted, names, seconds, day=day)
+            facts = self._facts(counts, wanted, named, seconds, day=day)
             found.append(replace(facts, recorded_days=int(facts.total > 0)))
         return found
 
@@ -104,7 +104,7 @@ class Kpis:
         self,
         counts: Sequence[Count],
         wanted: KpiFilter,
-        names: Mapping[int, str],
+        named: Mapping[int, Robot],
         seen: Mapping[int, Sequence[Mapping[str, float]]],
         working_s: float = 0.0,
         **more: Any,
@@ -116,12 +116,13 @@ class Kpis:
             counted(
                 of_robot[robot_id],
                 robot_id=robot_id,
-                robot=name,
+                robot=robot.name,
+                is_any=robot.is_any,
                 observed_s=sum(seen_seconds(seconds) for seconds in seen[robot_id]),
                 charging_s=sum(seconds.get("charging", 0.0) for seconds in seen[robot_id]),
                 working_s=working_s,
             )
-            for robot_id, name in sorted(names.items(), key=lambda item: (item[1].casefold(), item[0]))
+            for robot_id, robot in sorted(named.items(), key=lambda item: (item[1].name.casefold(), item[0]))
         ]
         return counted(
             (one for one in counts if _is_wanted(one, wanted)),
@@ -133,14 +134,19 @@ class Kpis:
             **more,
         )
 
-    def _robots(self, wanted: KpiFilter, counts: Iterable[Count]) -> dict[int, str]:
-        """Names by id."""
+    def _robots(self, wanted: KpiFilter, counts: Iterable[Count]) -> dict[int, Robot]:
+        """By id. What stands for any robot of a fleet has its name if it is asked for, else the fleet's, and is left out
+        if nothing counts for it."""
         c, span, ids = self._db.read(), wanted.span(self._clock.now()), wanted.robot_ids
-        configured = {robot.id: robot.name for robot in RobotRepository().all(c)}
+        found, counted_ids = {robot.id: robot for robot in RobotRepository().all(c)}, {one.robot_id for one in counts}
+        for robot_id in counted_ids - found.keys() - {0}:
+            found[robot_id] = Robot(self._repository.name_of_robot(c, span, robot_id), "", id=robot_id)
+        if ids is not None:
+            return {robot_id: robot for robot_id, robot in found.items() if robot_id in ids}
         return {
-            robot_id: configured.get(robot_id) or self._repository.name_of_robot(c, span, robot_id)
-            for robot_id in configured.keys() | {one.robot_id for one in counts} - {0}
-            if ids is None or robot_id in ids
+            robot.id: replace(robot, name=robot.fleet.name) if robot.is_any and robot.fleet is not None else robot
+            for robot in found.values()
+            if not robot.is_any or robot.id in counted_ids
         }
 
     def _seen(self, robot_ids: Iterable[int], start: datetime, end: datetime | None, zone: ZoneInfo) -> dict[int, Seen]:

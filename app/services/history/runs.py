@@ -102,9 +102,10 @@ class RobotStates:
         self._db, self._activities, self._robots = db, ActivityRepository(), RobotRepository()
 
     def timelines(self, start: datetime, end: datetime, robot_ids: Sequence[int] | None = None) -> list[RobotTimeline]:
-        """Of the configured robots, or of those of them that are wanted, in order of name."""
-        c = self._db.read()
-        robots = [robot for robot in self._robots.all(c) if robot_ids is None or robot.id in robot_ids]
+        """Of the configured robots, or of those of them that are wanted, in order of name. What stands for any robot of a
+        fleet does nothing itself."""
+        c, known = self._db.read(), robot_ids
+        robots = [each for each in self._robots.all(c) if not each.is_any and (known is None or each.id in known)]
         return [
             RobotTimeline(
                 robot.id, robot.name, without_gaps(self._activities.between(c, robot.id, start, end), start, end)

@@ -84,8 +84,11 @@ def test_the_robot_that_a_fleet_chose_is_named():
 
 def test_an_order_for_any_robot_of_a_fleet_is_ours_on_the_robot_that_took_it():
     for robot_id, said in ((fleet_facts.ANY.id, "MiR 2"), (12, "Hall 2")):
-        (row,) = queue(fleet_facts.with_any_run().about(robot_id))
+        facts = fleet_facts.with_any_run().about(robot_id)
+        (row,) = queue(facts)
         assert (row.key, row.support, row.actions[0].name) == (("execution", 61), said, "cancel")
+        done = replace(FACTS.finished[0], robot_id=fleet_facts.ANY.id, robot="Hall 2", taken_by="MiR 2")
+        assert rows(replace(facts, finished=(done,)))[0].support == said
 
 
 def test_a_run_that_the_queue_has_lost_is_not_shown_as_one_that_waits():
