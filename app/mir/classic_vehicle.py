@@ -7,6 +7,7 @@ set.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
@@ -185,6 +186,10 @@ class ClassicVehicle(ClassicRequests):
 
     def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
         """Needs nothing: its orders are numbered."""
+
+    def ended_shown_for(self, enough: float) -> float:
+        """Its list has all."""
+        return math.inf
 
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """With the robot's own message where the order failed and the robot can be reached."""

@@ -8,6 +8,7 @@ here.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
@@ -112,6 +113,10 @@ class RobotClient(VerifiedRequests):
 
     def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
         """Needs nothing: its orders are numbered."""
+
+    def ended_shown_for(self, enough: float) -> float:
+        """Its list has all."""
+        return math.inf
 
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""

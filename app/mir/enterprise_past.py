@@ -24,7 +24,6 @@ SEARCHED = (
     timedelta(days=1),
     timedelta(days=7),
 )  # for an order that has ended long ago, one after the other
-LONG_AGO = 1800.0  # s
 
 _KEYS = ("api-key-guid", "api-key-name")
 
@@ -101,9 +100,9 @@ class PastOrders:
         for old in list(known)[:-MOST_REMEMBERED]:
             known.pop(old, None)
 
-    def shown_for(self, is_found: Callable[[str], bool]) -> float:
+    def shown_for(self, is_found: Callable[[str], bool], enough: float) -> float:
         """Seconds for which an order is shown once it has ended, at least: that long ago the oldest one has that is listed, and is
-        found by its id. 0.0: none is, or the fleet does not report its time."""
+        found by its id; longer ago than ``enough`` is not searched. 0.0: none is, or the fleet does not report its time."""
         self.rows(0.0)
         now = self._notes.time
         longest = 0.0
@@ -116,7 +115,7 @@ class PastOrders:
             oldest = bisect_left(ended, True, key=lambda row: is_found(row[1]))
             if oldest < len(ended):
                 longest = max(longest, (now - ended[oldest][0].replace(tzinfo=UTC)).total_seconds())
-            if longest > LONG_AGO:
+            if longest > enough:
                 break
         return longest
 

@@ -57,7 +57,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         self._past = PastOrders(
             connection.notes,
             lambda within: connection.shared(self, "orders", self._ask_past, within),
-            lambda since: connection.shared(self, f"orders since {since:%H:%M}", lambda: self._ask_past(since)),
+            lambda since: connection.shared(self, f"orders since {since:%F %H:%M}", lambda: self._ask_past(since)),
             connection.clock,
             token,
         )
@@ -277,11 +277,10 @@ class EnterpriseVehicle(EnterpriseRequests):
         """What lists of orders call the app's key, by the order for this robot that it has just made and deleted."""
         return self._past.key_of(mission_guid, self.vehicle)
 
-    def ended_shown_for(self) -> float:
-        """Seconds for which it shows an order that has ended, at least, as far as can be seen now."""
+    def ended_shown_for(self, enough: float) -> float:
         if not self.finds_by_id:  # what another run of the app has sent is looked for among those of the last hour
-            return min(LISTED_FOR, self._past.shown_for(lambda _id: True))
-        return self._past.shown_for(lambda id_: self._found(f"/order/{segment(id_)}") is not None)
+            return min(LISTED_FOR, self._past.shown_for(lambda _id: True, enough))
+        return self._past.shown_for(lambda id_: self._found(f"/order/{segment(id_)}") is not None, enough)
 
     def open_items(self) -> list[QueueItem]:
         """Of this robot; for any robot those that no robot has yet, and those that were asked for."""

@@ -92,6 +92,10 @@ class Target(Protocol):
         """An earlier run of the app has sent this order, at most so many seconds ago: needed by a target that does not
         show tokens of those that have ended."""
 
+    def ended_shown_for(self, enough: float) -> float:
+        """Seconds for which it shows an order that has ended, at least, as far as can be seen now; ``enough`` of them
+        end the search."""
+
     def open_items(self) -> list[QueueItem]:
         """Everything of this robot that is pending or executing, of the app and of others, by ascending id."""
 

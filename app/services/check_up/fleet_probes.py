@@ -20,6 +20,7 @@ from app.services.check_up.queue_probes import queue
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 
 LENGTH_S = 15.0  # that it takes, about
+LONG_AGO = 1800.0  # s, of an order that has ended: no older one is searched for
 SHOWN_FOR_LONG = 600.0  # s, of an order that has ended: longer than most starts are in doubt
 NOT_MARKED = message(
     "Another fleet at its address could be taken for it: any robot of it, and one without serial number, get no starts. "
@@ -82,7 +83,7 @@ def ended_orders(session: CheckUpSession) -> Found:
     client = session.robot.client
     assert isinstance(client, EnterpriseVehicle)
     try:
-        shown = session.facts["ended_shown_s"] = client.ended_shown_for()
+        shown = session.facts["ended_shown_s"] = client.ended_shown_for(LONG_AGO)
     except RobotError as error:
         return red(
             "Its orders can't be read: {problem}",

@@ -42,6 +42,8 @@ class Attempt:
     plan_version: int = 0  # READY: of the plan that the intent was written from
     in_doubt_since: float = math.inf
     sent_since: datetime | None = None  # IN_DOUBT: the earliest that it may have been sent
+    asked_at: tuple[datetime, float] | None = None  # IN_DOUBT: when the robot last did not show it, on both clocks
+    unasked: float = 0.0  # IN_DOUBT: s, the longest between two such answers
     is_taken: bool = False  # IN_DOUBT: the robot has it; only its number is not known
     accepted: Transition | None = None
 

@@ -16,7 +16,7 @@ from app.domain.capabilities import FindBy
 from app.domain.message import Message, message
 from app.domain.models import ANY_VEHICLE, Execution, Trigger
 from app.domain.robot import QueueItem
-from app.mir.errors import Ambiguous, Refusal, Rejected, RobotError, RobotFault, Unreadable
+from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.observation import Observation
@@ -24,7 +24,9 @@ from app.services.dispatch.observation import Observation
 log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a restored backup does not know
-SHOWN_AT_MOST = timedelta(days=7)  # before, that an order is asked for which has ended
+SHOWN_AT_LEAST = 60.0  # s: no fleet forgets an order within 90 s of its request, which itself may take 30 s
+LONG_AGO = 1800.0  # s within which it is certain, after a restore, what a fleet has
+CLOCK_STEPS = 120.0  # s by which a fleet's clock may have been set since an order ended
 
 
 class OwnItems:
@@ -99,10 +101,12 @@ class OwnItems:
         except Rejected:  # deleted
             return False
 
-    def why_uncertain(self, row: Execution, is_taken: bool, may_change_robot: bool, age: float = 0.0) -> Message:
+    def why_uncertain(
+        self, row: Execution, is_taken: bool, may_change_robot: bool, age: float = 0.0, unasked: float = 0.0
+    ) -> Message:
         """Why it may be or have been on the robot, though it is not found there; "": it certainly is not. ``is_taken``:
-        the robot has accepted it. ``may_change_robot``: another robot would get it. ``age``: s since it was sent, at
-        most."""
+        the robot has accepted it. ``may_change_robot``: another robot would get it. ``age``: s since it was sent, and
+        ``unasked`` the longest that the robot was not asked for it since, both at most."""
         if is_taken:
             return message("it took it, but its queue does not show it")
         floor = row.queue_floor or 0
@@ -112,11 +116,7 @@ class OwnItems:
             or self._is_last_anothers()
         ):
             return message("its queue was reset")
-        if (
-            self._client.capabilities.find_by is FindBy.ID
-            and age > self._ended_is_shown_for
-            and not self._shows_earlier(age)
-        ):
+        if unasked > SHOWN_AT_LEAST and age > self._ended_is_shown_for(age):
             return message("it may have ended, and the fleet may no longer show it")
         robot = self._seen.robot
         if robot.is_any and not robot.is_identified:
@@ -125,26 +125,14 @@ class OwnItems:
             return message("its queue does not show whether it arrived")
         return ""
 
-    @property
-    def _ended_is_shown_for(self) -> float:
-        """Seconds, as its check-up has seen: what was sent before may have ended and be forgotten."""
+    def _ended_is_shown_for(self, enough: float) -> float:
+        """Seconds; what was sent before may have ended and be forgotten. As its check-up has seen; where that is not
+        ``enough``, as it shows now."""
         known = self._seen.robot.known
-        return (known and known.ended_shown_s) or 0.0
-
-    def _shows_earlier(self, age: float) -> bool:
-        """Whether it shows an order of the app that had ended before: what has ended since is then shown as well."""
-        sent_at = self._s.clock.now() - timedelta(seconds=age)
-        rows = self._ledger.planned_between(self._seen.robot.id, sent_at - SHOWN_AT_MOST, sent_at)
-        ended = [
-            row for row in rows if row.queue_id is not None and row.ended_at is not None and row.ended_at < sent_at
-        ]
-        if not ended:
-            return False
-        last = max(ended, key=lambda row: row.ended_at or sent_at)
-        try:
-            return not self._client.queue_item(last.queue_id or 0, last.token).state.is_open
-        except (Rejected, Ambiguous):
-            return False
+        shown = (known and known.ended_shown_s) or 0.0
+        if shown >= enough:
+            return shown
+        return max(shown, self._client.ended_shown_for(enough + CLOCK_STEPS) - CLOCK_STEPS)
 
     def _would_be_seen(self) -> bool:
         """Whether an arrived item would be found: by its token, or, on a checked-up robot, by its mission and the app's
@@ -241,7 +229,7 @@ class OwnItems:
             if lists_all:
                 self._s.restored_starts.answer(robot, asked_at, own)
             else:
-                shows_since = self._s.clock.now() - timedelta(seconds=self._ended_is_shown_for)
+                shows_since = self._s.clock.now() - timedelta(seconds=self._ended_is_shown_for(LONG_AGO))
                 self._s.restored_starts.answer(robot, asked_at, own, tokens, shows_since)
 
     def _floor_of_restored(self, highest: int) -> tuple[int, bool]:

@@ -477,11 +477,16 @@ class Sending:
             Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, sent_since=since, is_taken=is_taken
         )
 
-    def _age(self, attempt: Attempt) -> float:
-        """Seconds since it was sent, at most: neither a sleep of the tablet nor a clock that is set back shortens it."""
+    def _since(self, at: datetime | None, mono: float) -> float:
+        """Seconds, at most: neither a sleep of the tablet nor a clock that is set back shortens them."""
         now = self._clock.now()
-        wall = (now - (attempt.sent_since or now)).total_seconds()
-        return max(wall, self._clock.monotonic() - attempt.in_doubt_since)
+        return max((now - (at or now)).total_seconds(), self._clock.monotonic() - mono)
+
+    def _note_not_there(self, attempt: Attempt) -> None:
+        """The robot was asked for it just now."""
+        before = attempt.asked_at or (attempt.sent_since, attempt.in_doubt_since)
+        attempt.unasked = max(attempt.unasked, self._since(*before))
+        attempt.asked_at = self._clock.now(), self._clock.monotonic()
 
     def _reconcile(self, row: Execution) -> None:
         """Look for it on the robot. It is sent again only if it is certainly not there and no request can still
@@ -499,9 +504,12 @@ class Sending:
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
-            age = self._age(attempt)
+            self._note_not_there(attempt)
+            age = self._since(attempt.sent_since, attempt.in_doubt_since)
             if quiet_left <= 0 and (
-                problem := self._duplicates.own.why_uncertain(row, attempt.is_taken, may_change_robot(row), age)
+                problem := self._duplicates.own.why_uncertain(
+                    row, attempt.is_taken, may_change_robot(row), age, attempt.unasked
+                )
             ):
                 self._give_up(row, problem)
                 return

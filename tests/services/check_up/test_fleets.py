@@ -294,3 +294,12 @@ def test_it_is_found_out_for_how_long_orders_that_have_ended_are_shown(tmp_path,
     site.asked.clock.advance(1000.0)
     site.check_ups.run(site.id)  # which tries nothing
     assert (site.fleet.known.ended_shown_s > known.ended_shown_s + 900) is (kept is None and version == "1.5.0")
+
+
+def test_an_order_that_ended_days_ago_is_found(tmp_path):
+    site = CheckedFleet(tmp_path, "enterprise")
+    site.machine.abort(site.machine.order_of_somebody(HOME, site.machine.vehicles[0]))
+    site.asked.clock.advance(3 * 86400)
+    site.machine.catch_up()
+    site.trial()
+    assert site.fleet.known.ended_shown_s == pytest.approx(3 * 86400, abs=120)
