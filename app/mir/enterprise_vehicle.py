@@ -22,7 +22,16 @@ from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.enterprise_past import LISTED_FOR, PastOrders
 from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequests, segment
-from app.mir.errors import AnotherRobot, NotShownYet, Rejected, RobotError, RobotFault, Unreadable, VehicleUnavailable
+from app.mir.errors import (
+    AnotherRobot,
+    HasAlready,
+    NotShownYet,
+    Rejected,
+    RobotError,
+    RobotFault,
+    Unreadable,
+    VehicleUnavailable,
+)
 from app.mir.fleet_connection import FleetConnection
 from app.mir.fleet_vocabulary import as_text
 from app.mir.texts import clean
@@ -159,7 +168,8 @@ class EnterpriseVehicle(EnterpriseRequests):
         parameters: Mapping[str, Any] | None = None,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> int:
-        """Raises NotShownYet where the fleet has taken the order without showing it."""
+        """Raises NotShownYet where the fleet has taken the order without showing it, and HasAlready where it had done so
+        before."""
         arguments = [{"name": name, "value": as_text(value)} for name, value in (parameters or {}).items()]
         phase: parse.Object = {"mission-id": mission_guid, "arguments": arguments}
         self.pace.wait(OF_ALL)
@@ -181,23 +191,23 @@ class EnterpriseVehicle(EnterpriseRequests):
         try:
             answer = self._send("POST", ORDER, json={"serial-order": order}, is_wanted=is_wanted)
         except Rejected as error:
-            if error.status != 409 or not self._is_same(self._shown(description), mission_guid):
+            if error.status != 409 or not self._is_same(self._shown(description, HasAlready), mission_guid):
                 raise
         else:
             if answer.status != 201:
-                self._shown(description)
+                self._shown(description, NotShownYet)
         finally:
             self._connection.forget("active", "orders")
         return words.number_of(description)
 
-    def _shown(self, token: str) -> QueueItem:
-        """The order that the fleet has taken just now, or before. Raises NotShownYet."""
+    def _shown(self, token: str, error: type[RobotError]) -> QueueItem:
+        """The order that the fleet has taken. Raises ``error`` where it is not shown."""
         try:
             found = self._find(token)
         except RobotError:
             found = None
         if found is None:
-            raise NotShownYet(address=self.address.netloc) from None
+            raise error(address=self.address.netloc) from None
         return found
 
     def _is_same(self, found: QueueItem, mission_guid: str) -> bool:
@@ -242,7 +252,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         return item or QueueItem(
             words.number_of(token),
             QueueState.PENDING if is_active else QueueState.UNKNOWN,
-            "Created" if is_active else "?",
+            "Created" if is_active else "",
             parse.text_or_none(phase.get("mission-id")),
             description=token,
             vehicle=clean(order.get("robot-id"), 80),

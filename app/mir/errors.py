@@ -271,3 +271,9 @@ class Unnumbered(Unreadable):
     """The robot has taken a mission without telling under which number."""
 
     code = "unnumbered"
+
+
+class HasAlready(Unnumbered):
+    """The fleet refuses an order because it has that already, which it does not show."""
+
+    code = "not_shown_yet"

@@ -23,6 +23,7 @@ from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.own_items import OwnItems
 from app.services.files.history_export import write_history
 from mir_sim.fleets.classic_orders import Shown
+from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.enterprise_orders import Origin
 from mir_sim.fleets.orders import OrderState
 from mir_sim.site import DISTRIBUTOR
@@ -404,6 +405,49 @@ def test_a_start_that_a_fleet_was_asked_for_all_the_time_and_has_not_shown_did_n
     site.network.next("POST", "/mission_queue", Fate.LOST)
     assert (run_now(site, robot).state, len(site.queue("R1"))) == (State.COMPLETED, 1)
     site.switch_off()
+
+
+@pytest.mark.parametrize("version", ["1.5.0", "1.4.2"])
+def test_a_start_that_a_fleet_refuses_as_one_that_it_has_is_not_sent_again_and_again(tmp_path, version):
+    """Its answer was lost, and then the link until it had ended. The fleet knows its id for longer than it shows it."""
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, version=version)
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    site.fleet.knobs = replace(site.fleet.knobs, orders_kept=20.0)
+    row = lost_until_it_has_ended(site, robot, Fate.ANSWER_LOST)
+    said = (row.state, row.reason.code, len(site.network.posts("R1")))
+    assert said == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 2)
+    site.switch_off()
+
+
+@pytest.mark.parametrize("fate", [Fate.FINE, Fate.ANSWER_LOST])
+def test_a_start_of_which_a_fleet_shows_only_that_it_had_it_has_an_unknown_outcome(tmp_path, monkeypatch, fate):
+    phase = EnterpriseFleet.phase
+
+    def active_phase(fleet, id_):
+        found = phase(fleet, id_)
+        return found if found and found[0].ended is None else None
+
+    monkeypatch.setattr(EnterpriseFleet, "phase", active_phase)
+    site = Site(tmp_path, target="enterprise")
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    row = lost_until_it_has_ended(site, robot, fate)
+    assert (row.state, row.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+    site.switch_off()
+
+
+def lost_until_it_has_ended(site, robot, fate):
+    site.network.next("POST", "/mission_queue", fate)
+    row = site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: len(site.queue("R1")) == 1)
+    site.network.down.update([*site.machines, FLEET])
+    site.run(120)
+    site.network.down.clear()
+    return ended(site, row)
 
 
 def run_now(site, robot):

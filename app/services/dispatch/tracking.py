@@ -157,6 +157,10 @@ class Tracking:
         ):
             if self._s.clearing.is_of(self._seen.robot.id):
                 return []  # begun while this robot was read
+            if not item.state_text and not row.cancel_code:
+                return [
+                    self._duplicates.give_up(row, message("the fleet no longer shows how it ended"), may_come=False)
+                ]
             says_why = self._client.capabilities.failure_text
             # A person may have cancelled it since.
             why = why_aborted(self._ledger.get(row.id) or row, item, says_why=says_why)
