@@ -43,12 +43,12 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
             (("until",), "Its start window closed at {until} before it could be sent"),
             ((), "Its start window closed before it could be sent"),
         ),
-        ReasonCode.UNAUTHORIZED: (((), "The robot refused user name or password: enter them again in Settings"),),
+        ReasonCode.UNAUTHORIZED: (((), "Access was refused: enter the password or key again in Settings"),),
         ReasonCode.UNKNOWN_MISSION: (
-            (("mission",), "The robot has no mission {mission}: choose another or create it there"),
-            ((), "The robot has no such mission: choose another or create it there"),
+            (("mission",), "There is no mission {mission}: choose another or create it"),
+            ((), "There is no such mission: choose another or create it"),
         ),
-        ReasonCode.REFUSED: ((("problem",), "The robot refused it: {problem}"), ((), "The robot refused it")),
+        ReasonCode.REFUSED: ((("problem",), "It was refused: {problem}"), ((), "It was refused")),
         ReasonCode.WRONG_ROBOT: (
             (("fleet", "found", "expected"), "Another fleet answered at this address: {found} instead of {expected}"),
             (
@@ -60,11 +60,11 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
         ReasonCode.VANISHED: (
             (("fleet",), "The fleet no longer has this order"),
             (("queue_id",), "The robot no longer has queue item {queue_id}"),
-            ((), "It is no longer in the robot's queue"),
+            ((), "It is no longer in the queue"),
         ),
         ReasonCode.UNKNOWN_OUTCOME: (
-            (("problem",), "It is not known whether the robot received it: {problem}"),
-            ((), "It is not known whether the robot received it"),
+            (("problem",), "It is not known whether it arrived: {problem}"),
+            ((), "It is not known whether it arrived"),
         ),
         ReasonCode.NO_ROBOT: (
             (("until", "group"), "No robot of {group} could be asked until {until}"),
@@ -181,11 +181,14 @@ _WAITS: Mapping[Wait, Sequence[Template]] = MappingProxyType(
     }
 )
 
-_ANSWERED: Sequence[Template] = ((("answer",), "The robot is being asked: {answer}"), ((), "The robot is being asked"))
+_ANSWERED: Sequence[Template] = (
+    (("answer",), "Asking whether it has arrived: {answer}"),
+    ((), "Asking whether it has arrived"),
+)
 _UNDER_WAY: Mapping[State, str] = MappingProxyType(
     {
-        State.SUBMITTING: "The robot is being asked",
-        State.QUEUED: "In the robot's queue",
+        State.SUBMITTING: "Asking whether it has arrived",
+        State.QUEUED: "Sent, waits its turn",
         State.EXECUTING: "Running on the robot",
     }
 )
@@ -242,9 +245,9 @@ def waiting_sentence(
         details = {**execution.wait_details, "attempts": execution.attempts, "closes_at": execution.closes_at}
         return _filled_in(_WAITS[execution.wait], details, zone or execution.timezone, translate)
     if execution.state is State.SUBMITTING and execution.cancel_code is not None:
-        return translate("Not sent again, the robot is asked whether it has it, and cancelled there if so")
+        return translate("Not sent again, and cancelled there if it has arrived")
     if execution.state is State.SUBMITTING and execution.withdrawn is not None:
-        return translate("Not sent again, the robot is asked whether it has it")
+        return translate("Not sent again, asking whether it has arrived")
     if execution.state is State.SUBMITTING and "answer" in execution.wait_details:
         return _filled_in(_ANSWERED, execution.wait_details, zone or execution.timezone, translate)
     return translate(_UNDER_WAY[execution.state]) if execution.state in _UNDER_WAY else ""

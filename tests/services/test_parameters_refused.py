@@ -104,7 +104,7 @@ def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused
     (row,) = site.executions(State.FAILED)
     assert (row.reason.code, sentence(row.reason, "UTC")) == (
         ReasonCode.REFUSED,
-        "The robot refused it: Go to position has no parameter Speed, it takes Position",
+        "It was refused: Go to position has no parameter Speed, it takes Position",
     )
     assert site.network.posts() == []
 
@@ -143,9 +143,7 @@ def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_firs
     take(site, schedule({"Speed": 1}, recurrence="FREQ=DAILY"))
     site.run(600)
     (row,) = site.executions(State.FAILED)
-    assert (
-        sentence(row.reason, "UTC") == "The robot refused it: Go to position has no parameter Speed, it takes Position"
-    )
+    assert sentence(row.reason, "UTC") == "It was refused: Go to position has no parameter Speed, it takes Position"
     assert len(site.network.posts()) == 1
     site.run(86_400)
     assert [row.reason.code for row in site.executions(State.FAILED)] == [ReasonCode.REFUSED] * 2

@@ -135,7 +135,7 @@ def test_a_robot_that_refuses_the_values_is_named_in_the_message(home, hall, ui)
     act(ui, "here")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
-    assert message.startswith("Collect empties is not sent yet. Aino refused it: The robot has no such mission: ")
+    assert message.startswith("Collect empties is not sent yet. Aino refused it: There is no such mission: ")
 
 
 def pick(ui, word: str) -> None:

@@ -49,7 +49,10 @@ def test_an_answer_that_leaves_it_open_is_said_as_such():
         SENT, state=State.SUBMITTING, queue_id=None, wait_details={"answer": "the robot answered: No (status 500)"}
     )
     text, _icon, _seconds = outcome(looked_for, NOTHING_KNOWN)
-    assert text == "It is not certain that Aino has Kits. The robot is being asked: the robot answered: No (status 500)"
+    assert (
+        text
+        == "It is not certain that Aino has Kits. Asking whether it has arrived: the robot answered: No (status 500)"
+    )
 
 
 class AtOnce:
@@ -121,7 +124,7 @@ def test_a_robot_that_refuses_the_values_is_named(world, ui):
     world.becomes(REFUSED)
     ui.advance(1.2)
     [message] = world.messages
-    assert message.startswith("Kits is not sent yet. Veikko refused it: The robot has no such mission: ")
+    assert message.startswith("Kits is not sent yet. Veikko refused it: There is no such mission: ")
 
 
 def test_a_start_that_one_refused_and_another_took_names_both(world, ui):
@@ -129,7 +132,7 @@ def test_a_start_that_one_refused_and_another_took_names_both(world, ui):
     world.reports.follow(REFUSED)
     world.becomes(replace(SENT, tried=REFUSED.tried))
     [message] = world.messages
-    assert message.startswith("Kits is sent to Aino. Veikko refused it: The robot has no such mission")
+    assert message.startswith("Kits is sent to Aino. Veikko refused it: There is no such mission")
     assert message.endswith(" · assigned to Aino")
 
 

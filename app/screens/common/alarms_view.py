@@ -116,9 +116,9 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "needs_password": lambda: _("enter it in Settings"),
     "clock_implausible": lambda: _("set the tablet's clock, or say that it is right"),
     "database": lambda: _("check the tablet's disk"),
-    "duplicate_running": lambda: _("cancel one of the two in the robot's queue"),
+    "duplicate_running": lambda: _("cancel one of the two"),
     "started_twice": lambda: _("cancel those that have not run and are not needed"),
-    "unmarked_copy": lambda: _("if it is not needed, cancel it in the robot's queue"),
+    "unmarked_copy": lambda: _("if it is not needed, cancel it"),
     "robot_fails": lambda: _("see what stops it"),
     "check_up_outdated": lambda: _("check it up in its settings"),
     "check_up_left": lambda: _("look at the robot"),
@@ -132,7 +132,7 @@ _ADVICE: Mapping[str, Callable[[], str]] = {
     "disk_nearly_full": lambda: _("delete files, or keep fewer runs: on a full disk nothing starts"),
     "clock_not_synchronised": lambda: _("connect it to one: a drifting clock starts missions early or late"),
     "pin_guessed": lambda: _("enter the right PIN to end this"),
-    "unknown_outcome": lambda: _("check the robot's queue before starting it again"),
+    "unknown_outcome": lambda: _("look for it in the queue before starting it again"),
 }
 
 

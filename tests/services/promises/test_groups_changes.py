@@ -136,7 +136,7 @@ test_waiting = cases_of(
         [hold("R2"), hold("R3"), LONG, 320],
         true(
             lambda s: alarm_sentence(s.container.alarms.open()[0]).startswith(
-                "R1 did not take Deliver, others of Hall may take it: The robot has no mission Deliver"
+                "R1 did not take Deliver, others of Hall may take it: There is no mission Deliver"
             )
         ),
         [

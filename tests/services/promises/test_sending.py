@@ -211,13 +211,13 @@ test_unknown = cases_of(
 
 WHY = "the robot answered: Position mirconst-guid not found (status 500)"
 SAYS_WHY = [plan(), post(Fate.SAYS_WHY), until(lambda s: s.executions(SUBMITTING) and s.network.posts()), 5]
-REFUSED_SO = true(lambda s: sentence(s.row().reason, "UTC") == f"The robot refused it: {WHY}")
+REFUSED_SO = true(lambda s: sentence(s.row().reason, "UTC") == f"It was refused: {WHY}")
 SENT_ONCE = true(lambda s: len(s.network.posts()) == 1)
 
 test_answered_why = cases_of(
     Story(
         "it is shown while it is looked for, and then refused and not sent again",
-        [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"The robot is being asked: {WHY}")],
+        [SAYS_WHY, true(lambda s: waiting_sentence(s.row()) == f"Asking whether it has arrived: {WHY}")],
         each([95], [off_for(1), 190]),
         [ends((FAILED, ReasonCode.REFUSED)), REFUSED_SO, 900, SENT_ONCE],
     ),

@@ -261,7 +261,7 @@ def test_of_what_was_started_on_another_robot_it_is_said_that_it_is_not_sent_aga
     play(group, instead())
     row = group.container.ledger.get(row.id)
     assert choice.stuck_since(row, snapshot) is None
-    assert waiting_sentence(row) == "Not sent again, the robot is asked whether it has it"
+    assert waiting_sentence(row) == "Not sent again, asking whether it has arrived"
 
 
 # ---------------------------------------------------------------------- skip

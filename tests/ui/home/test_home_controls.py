@@ -314,7 +314,7 @@ def test_a_start_in_doubt_on_a_silent_robot_can_be_taken_back(home, ui):
     ui.wait(lambda: home.root_vm.card.old and rows(ui))
     tap_cancel(ui)
     press(ui, "Cancel mission")
-    asked = "Not sent again, the robot is asked whether it has it, and cancelled there if so"
+    asked = "Not sent again, and cancelled there if it has arrived"
     ui.wait(lambda: home.shell.snackbars.texts == [f"Deliver: {asked}"])
     home.aino.control({"fault": None})
     ui.wait(lambda: not home.site.container.history.open())

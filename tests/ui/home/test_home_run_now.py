@@ -105,7 +105,7 @@ def test_what_the_robot_refuses_says_why_and_nothing_else(home, ui):
     run(ui, "Removed on the robot")
     ui.wait(lambda: home.shell.snackbars.texts)
     (message,) = home.shell.snackbars.texts
-    assert message.startswith("Removed on the robot was not started on Aino. The robot has no mission ")
+    assert message.startswith("Removed on the robot was not started on Aino. There is no mission ")
 
 
 def test_two_taps_start_one_mission(home, ui):

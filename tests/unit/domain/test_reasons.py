@@ -79,7 +79,7 @@ def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
         (
             ReasonCode.UNKNOWN_MISSION,
             {"mission": True},
-            "The robot has no such mission: choose another or create it there",
+            "There is no such mission: choose another or create it",
         ),
         (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "On hold until 25 Nov 2026 14:00"),
         (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
@@ -249,13 +249,42 @@ def row(**values) -> Execution:
             "May have run already, waits until 14:15 for an answer from Aino",
         ),
         ({"wait": Wait.ELSEWHERE}, "Robots are being asked whether it has run already, waits until 14:15"),
-        ({"state": State.SUBMITTING}, "The robot is being asked"),
+        ({"state": State.SUBMITTING}, "Asking whether it has arrived"),
         ({"state": State.EXECUTING}, "Running on the robot"),
         ({"state": State.COMPLETED}, ""),
     ],
 )
 def test_the_hold_of_a_start_is_reported(values, expected):
     assert waiting_sentence(row(**values)) == expected
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        ReasonCode.UNAUTHORIZED,
+        ReasonCode.UNKNOWN_MISSION,
+        ReasonCode.REFUSED,
+        ReasonCode.VANISHED,
+        ReasonCode.UNKNOWN_OUTCOME,
+    ],
+)
+@pytest.mark.parametrize("details", [{}, {"problem": "no", "mission": "Kits"}])
+def test_what_answers_a_start_may_be_a_robot_or_a_fleet(code, details):
+    assert "robot" not in sentence(Reason(code, details), "UTC").casefold()
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"wait_details": {"answer": "no"}},
+        {"cancel_code": ReasonCode.USER_CANCELLED},
+        {"withdrawn": Reason(ReasonCode.SCHEDULE_CHANGED)},
+        {"state": State.QUEUED},
+    ],
+)
+def test_what_a_start_was_sent_to_may_be_a_robot_or_a_fleet(values):
+    assert "robot" not in waiting_sentence(row(**{"state": State.SUBMITTING, **values})).casefold()
 
 
 @pytest.mark.parametrize("wait", list(Wait))
