@@ -35,6 +35,7 @@ _INSTANTS = (
     "listed_until",
     "finish_by",
     "bound_at",
+    "begun_at",
     "planned_at",
     "moved_from",
     "closes_at",

@@ -10,6 +10,7 @@ import sqlite3
 
 from app.database.schema_figures import _FIGURES
 from app.database.schema_groups import (
+    _BEGUN,
     _CHECK_UPS_OF_FLEETS,
     _DRAIN,
     _FAILURES,
@@ -375,6 +376,7 @@ MIGRATIONS: tuple[str, ...] = (
     _MOVED_STARTS,
     _FLEETS,
     _CHECK_UPS_OF_FLEETS,
+    _BEGUN,
 )
 
 

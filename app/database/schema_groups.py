@@ -274,3 +274,7 @@ _CHECK_UPS_OF_FLEETS = """
 ALTER TABLE fleets ADD COLUMN report TEXT;                                   -- JSON, as in check_ups
 ALTER TABLE fleets ADD COLUMN left_behind TEXT;
 """
+
+_BEGUN = """
+ALTER TABLE executions ADD COLUMN begun_at TEXT;             -- when its last attempt was: nothing of that was sent before
+"""

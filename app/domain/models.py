@@ -447,6 +447,7 @@ class Execution:
     robot_delay_s: float | None = None  # robot's started − ordered
     starts: int = 1  # in this row: those that a schedule missed in one absence are one row, that of the last
     taken_by: str = ""  # of a start for any robot of a fleet: the name of the one that the fleet chose
+    begun_at: datetime | None = None  # when its last attempt was: nothing of that was sent before
 
     @property
     def is_called_off(self) -> bool:

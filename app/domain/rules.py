@@ -87,6 +87,7 @@ def scheduled(
         **as_planned(schedule, mission, settings, planned_at),
         state=State.SUBMITTING if is_intent else State.WAITING,
         attempts=int(is_intent),
+        begun_at=now if is_intent else None,
         queue_floor=intent_floor,
         trigger=Trigger.SCHEDULED,
         schedule_id=schedule.id,

@@ -450,6 +450,28 @@ def lost_until_it_has_ended(site, robot, fate):
     return ended(site, row)
 
 
+def test_the_age_of_a_start_after_a_kill_counts_from_its_attempt(tmp_path):
+    """It was held for two hours, and lost a moment before the app was killed."""
+    site = Site(tmp_path, target="enterprise")
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    planned(site, robot, 600)
+    site.container.holds.hold("a person")
+    site.run(7200)
+    site.container.holds.release()
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.run_until(lambda: site.executions()[0].state is State.SUBMITTING)
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(20)
+    site.switch_on()
+    site.run(600)
+    (row,) = site.executions()
+    assert (row.state, len(site.queue("R1"))) == (State.COMPLETED, 1)
+    site.switch_off()
+
+
 def run_now(site, robot):
     return ended(site, site.container.operator.run_now(robot.id, 1))
 

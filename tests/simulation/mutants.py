@@ -248,8 +248,8 @@ MUTANTS = (
     Mutant(
         "an intent that is not on disk",
         f"{SENDING}._begin",
-        "return self._ledger.apply([transitions.begin(row, robot, floor) for row in rows], quietly=True)",
-        "return [transitions.begin(row, robot, floor).after for row in rows]",
+        "return self._ledger.apply([transitions.begin(row, robot, floor, now) for row in rows], quietly=True)",
+        "return [transitions.begin(row, robot, floor, now).after for row in rows]",
         "items with one token",
         CRASHES,
     ),

@@ -320,9 +320,9 @@ class Sending:
         rows.clear()
 
     def _begin(self, rows: list[Execution]) -> list[Execution]:
-        robot, floor = self._seen.robot, self._seen.highest
+        robot, floor, now = self._seen.robot, self._seen.highest, self._clock.now()
         self._first |= {row.id for row in rows if row.queue_floor is None}
-        return self._ledger.apply([transitions.begin(row, robot, floor) for row in rows], quietly=True)
+        return self._ledger.apply([transitions.begin(row, robot, floor, now) for row in rows], quietly=True)
 
     def _read_failed(self, rows: list[Execution], error: RobotError) -> None:
         """A read before the POST failed: final for another robot or user, otherwise a failed attempt of each."""
@@ -472,7 +472,7 @@ class Sending:
         """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once."""
         mono = self._clock.monotonic() + ahead
         wake_at = mono if is_taken else mono + RECONCILE_EVERY
-        since = row.planned_at if ahead else self._clock.now()
+        since = (row.begun_at or row.planned_at) if ahead else self._clock.now()
         self.attempts[row.id] = Attempt(
             Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, sent_since=since, is_taken=is_taken
         )

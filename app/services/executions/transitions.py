@@ -140,7 +140,7 @@ def assign(
         "robot_serial": before.get("serial"),
     }
     if intent_floor is not None:
-        columns |= {**begin(row, robot, intent_floor).columns, "queue_floor": intent_floor}
+        columns |= {**begin(row, robot, intent_floor, now).columns, "queue_floor": intent_floor}
     return Transition(Event.ASSIGN, row, columns, into_queue=into_queue)
 
 
@@ -150,7 +150,7 @@ def unassign(row: Execution) -> Transition:
 
 
 # ---------------------------------------------------------------------- being sent
-def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
+def begin(row: Execution, robot: Robot, queue_floor: int | None, now: datetime) -> Transition:
     """The intent on disk before the POST, one attempt more, and the highest queue id known before it. The floor of the
     first attempt on this machine stays: everything that this execution ever put there has ids above it, unless a fleet
     has begun its numbers again."""
@@ -162,6 +162,7 @@ def begin(row: Execution, robot: Robot, queue_floor: int | None) -> Transition:
         {
             "state": State.SUBMITTING,
             "attempts": row.attempts + 1,
+            "begun_at": now,
             "queue_floor": queue_floor if is_first or is_below else row.queue_floor,
             **_sent_to(robot),
         },

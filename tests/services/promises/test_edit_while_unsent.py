@@ -343,7 +343,7 @@ def test_of_what_nothing_wants_no_intent_is_written(tmp_path, on):
     s.container.db.write(lambda c: c.execute("DELETE FROM schedules"))
     if on == "robot":
         ledger = s.container.ledger
-        assert ledger.apply([transitions.begin(s.row(), s.robot("R1"), 0)]) == []
+        assert ledger.apply([transitions.begin(s.row(), s.robot("R1"), 0, s.clock.now())]) == []
         assert ledger.get(s.row().id).state is WAITING
     play(s, battery(90), 120, runs(0))
     s.switch_off()

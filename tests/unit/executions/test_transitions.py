@@ -38,7 +38,7 @@ MADE: dict[Event, Any] = {
     Event.REDEFINE: lambda row: transitions.redefine(row, priority=5),
     Event.ASSIGN: lambda row: transitions.assign(row, ROBOT, "guid", {}, NOW, intent_floor=6),
     Event.UNASSIGN: transitions.unassign,
-    Event.BEGIN: lambda row: transitions.begin(row, ROBOT, 6),
+    Event.BEGIN: lambda row: transitions.begin(row, ROBOT, 6, NOW),
     Event.NOT_SENT: transitions.not_sent,
     Event.ANSWER: lambda row: transitions.answer(row, {"answer": "?"}, NOW),
     Event.ACCEPT: lambda row: transitions.accept(row, ROBOT, 7, NOW),
