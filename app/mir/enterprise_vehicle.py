@@ -25,6 +25,7 @@ from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequest
 from app.mir.errors import (
     AnotherRobot,
     HasAlready,
+    NotAMir,
     NotShownYet,
     Rejected,
     RobotError,
@@ -85,13 +86,13 @@ class EnterpriseVehicle(EnterpriseRequests):
     # ------------------------------------------------------------------ the robot
     def status(self) -> RobotStatus:
         """Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where the fleet has heard nothing of it lately."""
-        return self._status(1.0)
+        return self._status(1.0, self._active_if_readable)
 
-    def _status(self, within: float) -> RobotStatus:
+    def _status(self, within: float, ask_active: Callable[[], list[parse.Object]]) -> RobotStatus:
         self._version()
         if self._is_any:
             began = self._clock()
-            self._active()
+            ask_active()
             return RobotStatus(state=RobotState.READY, elapsed_s=self._clock() - began)
         robot, date, took = self._connection.shared(self, f"robot {self.vehicle}", self._ask_robot, within)
         identity = robot.get("robot-identity")
@@ -99,10 +100,17 @@ class EnterpriseVehicle(EnterpriseRequests):
         if self.serial_number and found and found != self.serial_number:
             raise AnotherRobot(address=self.address.netloc, expected=self.serial_number, found=found)
         self._check_contact(robot, date)
-        own = [event for event in self._active() if event.get("robot-id") == self.vehicle]
+        own = [event for event in ask_active() if event.get("robot-id") == self.vehicle]
         running = [event for event in own if words.state_of(event.get("state")) is QueueState.EXECUTING]
         asks = any(clean(event.get("state")).casefold() == "waitingforinput" for event in running)
         return words.status(robot, running, self._prompt() if asks else None, date, took)
+
+    def _active_if_readable(self) -> list[parse.Object]:
+        """What was sent is asked for by its id, so that it is followed without this list."""
+        try:
+            return self._active()
+        except (NotAMir, Unreadable, RobotFault, Rejected):
+            return []
 
     def _ask_robot(self) -> tuple[parse.Object, datetime | None, float]:
         began = self._clock()
@@ -246,10 +254,11 @@ class EnterpriseVehicle(EnterpriseRequests):
         if order is None:
             return None
         phase = next(iter(parse.some_objects(order.get("phases"))), {})
-        if phase_id := clean(phase.get("order-id"), 80):
-            item = self._phase(token, phase_id)
+        phase_id = clean(phase.get("order-id"), 80)
+        if phase_id and (item := self._phase(token, phase_id)) is not None:
+            return item
         is_active = any(event.get("serial-order-id") == token for event in self._active())
-        return item or QueueItem(
+        return QueueItem(
             words.number_of(token),
             QueueState.PENDING if is_active else QueueState.UNKNOWN,
             "Created" if is_active else "",
@@ -374,16 +383,17 @@ class EnterpriseVehicle(EnterpriseRequests):
     def _change(self, method: str, path: str, body: Any = None) -> None:
         """What a person orders, which does not wait for its turn."""
         self.pace.wait(None)
-        self._verify(needs_contact=False)
+        self._verify(is_for_order=False)
         self._send(method, path, json=body)
 
-    def _verify(self, *, needs_contact: bool = True) -> None:
-        """Whether the known fleet and robot are there, before anything is changed."""
+    def _verify(self, *, is_for_order: bool = True) -> None:
+        """Whether the known fleet and robot are there, before anything is changed; for an order also whether the fleet
+        shows its orders."""
         try:
             self._version(VERIFIED_FOR)
-            self._status(VERIFIED_FOR)
+            self._status(VERIFIED_FOR, self._active if is_for_order else self._active_if_readable)
         except VehicleUnavailable:
-            if needs_contact:
+            if is_for_order:
                 raise
         except RobotError as error:
             raise error.unsent() from None

@@ -107,7 +107,6 @@ def cancel_all(fleet: SimulatedFleet, robot: SimulatedRobot) -> None:
 __all__ = [
     "CHARGED",
     "DESCRIBED",
-    "ITS_STATUS",
     "NUMBERED",
     "OWN_ADDRESS",
     "OWN_CLOCK",
@@ -128,11 +127,6 @@ OWN_ADDRESS = pytest.mark.only_for(ROBOT, reason="a robot of a fleet has no addr
 OWN_MISSIONS = pytest.mark.only_for(ROBOT, reason="robots of a fleet have the same missions")
 OWN_CLOCK = pytest.mark.only_for(ROBOT, reason="robots of a fleet have one time for the app, the fleet's")
 CHARGED = pytest.mark.only_for(ROBOT, "enterprise", reason="a classic fleet gives no order to a robot with low battery")
-ITS_STATUS = pytest.mark.only_for(
-    ROBOT,
-    "classic",
-    reason="what a robot of Fleet Enterprise does is only in the snapshot of orders: no status without it",
-)
 _NEWEST = "a classic fleet's newest order of a robot is not known where it neither sorts nor searches"
 SORTED = pytest.mark.only_for(ROBOT, "enterprise", reason=_NEWEST)
 UNSORTED = pytest.mark.only_for("classic", reason=_NEWEST)

@@ -244,7 +244,6 @@ test_a_robot_edited = cases_of(
         "a run is followed if the queue can't be read",
         [plan(), 300.5, meets("POST", "/mission_queue/search", Fate.PAGE, count=1000), 120, ends(DONE)],
         true(lambda s: s.container.snapshots.get(1).connection is Connection.NOT_A_ROBOT),
-        mark=ITS_STATUS,
     ),
     Story(
         "a place assigned to a mission a moment before counts",

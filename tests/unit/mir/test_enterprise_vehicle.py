@@ -18,6 +18,7 @@ from app.mir.errors import (
     AnotherRobot,
     ConnectionLost,
     Delivery,
+    NotAMir,
     NotShownYet,
     OldFleet,
     Rejected,
@@ -410,6 +411,30 @@ def test_a_question_that_fails_before_the_order_leaves_it_unsent() -> None:
         hall.vehicle().enqueue(GUIDS["Home"], description=token())
     assert failed.value.delivery is Delivery.NOT_SENT
     assert hall.orders == 0
+
+
+@pytest.mark.parametrize("robot", [0, ANY_VEHICLE])
+def test_while_the_list_of_orders_can_not_be_read_orders_are_followed_and_cancelled_but_none_is_sent(
+    hall: Hall, robot: int | str
+) -> None:
+    client, own = hall.vehicle(robot), token()
+    number = client.enqueue(GUIDS["Deliver"], description=own)
+    hall.run_until(client, own, QueueState.EXECUTING)
+    hall.fleet.faults.add(Fault(FaultKind.HTML, "/serial-order-status/snapshot", "GET", count=None))
+    hall.pass_time(2.0)
+    assert client.status().state in (RobotState.READY, RobotState.EXECUTING)
+    with pytest.raises(NotAMir) as failed:
+        client.enqueue(GUIDS["Home"], description=token())
+    assert (failed.value.delivery, hall.orders) == (Delivery.NOT_SENT, 1)
+    client.cancel(number, own)
+    assert hall.run_until(client, own, QueueState.ABORTED)
+
+
+def test_an_order_whose_phase_has_another_id_is_followed_without_the_list_of_orders(hall: Hall) -> None:
+    serial = hall.fleet.order_of_somebody(GUIDS["Home"], hall.fleet.vehicles[0], id_=token())
+    hall.fleet.faults.add(Fault(FaultKind.HTML, "/serial-order-status/snapshot", "GET", count=None))
+    hall.pass_time(300.0)
+    assert hall.vehicle().queue_item(0, serial.id).state is QueueState.DONE
 
 
 @pytest.mark.parametrize("is_key_known", [True, False])
