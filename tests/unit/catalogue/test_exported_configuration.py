@@ -11,6 +11,7 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.domain.message import render
 from app.domain.models import (
     FONT_SCALES,
     KEYBOARDS,
@@ -24,9 +25,13 @@ from app.domain.models import (
     Overlap,
     Robot,
     Schedule,
+    Settings,
 )
 from app.domain.names import cleaned
+from app.i18n import translation
 from app.services.catalogue.configuration import export_configuration
+from app.services.catalogue.configuration.import_lines import of_setting
+from app.services.catalogue.fields import CALENDAR
 from tests.support.edits import add_days, switch_robot
 from tests.support.examples import examples
 from tests.unit.catalogue.configured import FULL, World
@@ -208,7 +213,7 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet,
     assert [line for line in lines if "days " in line or "Working" in line or "Region" in line or "mode" in line] == [
         "Working days: Mon, Tue, Wed, Thu, Fri → Mon, Tue",
         "Glove mode: no → yes",
-        "Region: none → BY",
+        "Region: none → Bayern",
         "closed days added: Inventory",
         "extra working days added: Saturday",
     ]
@@ -261,11 +266,17 @@ def test_a_one_time_start_whose_day_was_closed_later_is_exported_as_it_will_run(
     other.db.close()
 
 
+def test_a_country_has_its_name_in_the_language_of_the_app():
+    country = next(field for field in CALENDAR if field.key == "country")
+    line = of_setting(country, Settings(), Settings(holiday_country="DE"))
+    assert render(line, translation("fi").gettext).endswith(" → Saksa")
+
+
 def test_another_country_has_no_region_of_the_former(tablet):
     tablet.take({"format": FULL["format"], "calendar": {"country": "DE", "region": "BY"}})
     assert tablet.take({"format": FULL["format"], "calendar": {"country": "FI"}}) == [
-        "Public holidays: DE → FI",
-        "Region: BY → none",
+        "Public holidays: Germany → Finland",
+        "Region: Bayern → none",
     ]
     assert json.loads(export_configuration(tablet.db.read()))["calendar"] == {
         "country": "FI",

@@ -9,9 +9,9 @@ from types import MappingProxyType
 
 from app.domain import writing
 from app.domain.message import Message, message, render
-from app.domain.models import Between, Fleet, HandOver, Overlap, Robot, Schedule
+from app.domain.models import Between, Fleet, HandOver, Overlap, Robot, Schedule, Settings
 from app.services.catalogue.fields import SECTIONS, Field, Fields, differing
-from app.services.planning import sentences
+from app.services.planning import public_holidays, sentences
 
 LONG = {"guid", "certificate_sha256", "parameters"}  # attributes whose values say nothing to a reader
 WORDS: Mapping[str, Mapping[object, Message]] = MappingProxyType(
@@ -74,9 +74,14 @@ def _changes(before: object, after: object, fields: Fields) -> Iterator[Message]
 
 
 def _value(of: object, field: Field) -> object:
+    value = getattr(of, field.attribute)
     if field.attribute == "recurrence" and isinstance(of, Schedule):
         return partial(sentences.sentence, of)
-    return _shown(field.attribute, getattr(of, field.attribute))
+    if field.attribute == "holiday_country" and value:
+        return {"msgid": public_holidays.countries().get(value, value), "params": {}}  # as Settings has it
+    if field.attribute == "holiday_subdivision" and isinstance(of, Settings):
+        value = public_holidays.subdivisions(of.holiday_country).get(value, value)
+    return _shown(field.attribute, value)
 
 
 def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
