@@ -25,7 +25,7 @@ LEAVES_ROBOT_FREE = (Wait.HOLD, Wait.CHECK_UP, Wait.BATTERY, Wait.LATE_START, Wa
 _OUT: Mapping[str, str] = MappingProxyType(
     {
         "off": "{robot} off",
-        "unchecked": "{robot}: its fleet has to be checked up",
+        "unchecked": "{robot}: look at its fleet in Settings",
         "silent": "{robot}: no answer",
         "wrong_robot": "{robot}: another robot",
         "held": "{robot} on hold",

@@ -26,6 +26,10 @@ AINO, SISU = {"robot": "Aino", "until": AT}, {"robot": "Sisu"}
             {"robots": [SISU, {"robot": "Veikko", "out": "low_battery", "battery": 18.2}]},
             "Sisu: free now · Veikko 18 % battery",
         ),
+        (  # not checked up, or the app has no user of its own there
+            {"robots": [SISU, {"robot": "Veikko", "out": "unchecked"}]},
+            "Sisu: free now · Veikko: look at its fleet in Settings",
+        ),
         (
             {"robots": [AINO], "last_call": True},
             "Aino: into its queue before the start window closes, free about 14:52",
