@@ -23,9 +23,9 @@ from app.mir.credentials import Token
 from app.mir.enterprise_past import LISTED_FOR, PastOrders
 from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequests, segment
 from app.mir.errors import (
+    NO_LIST,
     AnotherRobot,
     HasAlready,
-    NotAMir,
     NotShownYet,
     Rejected,
     RobotError,
@@ -109,7 +109,7 @@ class EnterpriseVehicle(EnterpriseRequests):
         """What was sent is asked for by its id, so that it is followed without this list."""
         try:
             return self._active()
-        except (NotAMir, Unreadable, RobotFault, Rejected):
+        except NO_LIST:
             return []
 
     def _ask_robot(self) -> tuple[parse.Object, datetime | None, float]:

@@ -277,3 +277,7 @@ class HasAlready(Unnumbered):
     """The fleet refuses an order because it has that already, which it does not show."""
 
     code = "not_shown_yet"
+
+
+# The machine answers, but not with a list that can be read: what is known by its number or id is asked for by that.
+NO_LIST = (NotAMir, Unreadable, RobotFault, Rejected)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from app.domain.message import message
 from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
-from app.mir.errors import Rejected, RobotError, RobotFault, Unreadable
+from app.mir.errors import NO_LIST, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.robot_vocabulary import USER_REQUEST, as_stored
 from app.mir.target import Target
 from app.services.dispatch.context import Context
@@ -83,7 +83,7 @@ class Tracking:
     def _items_from(self, lowest: int) -> dict[int, QueueItem]:
         try:
             return {item.id: item for item in self._client.items_after(lowest - 1) if item.state_text}
-        except (Unreadable, RobotFault):  # too many at once, or one of them can't be read: one by one then
+        except NO_LIST:  # or too many at once, or one of them can't be read: one by one then
             return {}
 
     def _follow(

@@ -21,7 +21,7 @@ from datetime import timedelta
 from app.domain import rules
 from app.domain.models import Execution, HandOver, Robot, Trigger
 from app.domain.robot import RobotStatus
-from app.mir.errors import AnotherRobot, NotAMir, Rejected, RobotError, RobotFault, Unreadable
+from app.mir.errors import NO_LIST, AnotherRobot, Rejected, RobotError
 from app.mir.target import Target
 from app.services.dispatch import messages
 from app.services.dispatch.context import Context
@@ -253,7 +253,7 @@ class RobotWorker:
         still asked for by number."""
         try:
             return self._read_queue(status, full) if self._reads_queue(full) else None, None
-        except (NotAMir, Unreadable, RobotFault, Rejected) as problem:
+        except NO_LIST as problem:
             return None, problem
 
     def _reads_queue(self, full: bool) -> bool:

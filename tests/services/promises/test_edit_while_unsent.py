@@ -240,10 +240,15 @@ test_a_robot_edited = cases_of(
         stays_open=True,
         mark=OWN_NETWORK,
     ),
-    Story(
-        "a run is followed if the queue can't be read",
-        [plan(), 300.5, meets("POST", "/mission_queue/search", Fate.PAGE, count=1000), 120, ends(DONE)],
-        true(lambda s: s.container.snapshots.get(1).connection is Connection.NOT_A_ROBOT),
+    *(
+        Story(
+            f"a run and {len(others)} others are followed if the queue can't be read",
+            [plan(priority=9), *map(plan, others), 300.5],
+            [meets("POST", "/mission_queue/search", Fate.PAGE, count=5000), 120 + 200 * len(others)],
+            ends(*[DONE] * (1 + len(others))),
+            true(lambda s: s.container.snapshots.get(1).connection is Connection.NOT_A_ROBOT),
+        )
+        for others in ([], ["B", "C"])
     ),
     Story(
         "a place assigned to a mission a moment before counts",
