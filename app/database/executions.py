@@ -11,7 +11,15 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from app.database.schedules import OPEN_OF_WHOLE
-from app.database.values import from_json, placeholders, to_instant, to_json, to_optional_instant, to_text
+from app.database.values import (
+    from_json,
+    placeholders,
+    to_instant,
+    to_json,
+    to_optional_instant,
+    to_optional_text,
+    to_text,
+)
 from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
@@ -420,14 +428,15 @@ class ExecutionRepository:
         )
         return [to_instant(row[0]) for row in rows]
 
-    def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int) -> bool:
-        """Whether a queue item of a robot, or an order of its fleet, belongs to a row. Asked only for those that forget
-        descriptions, about items newer than a request of unknown outcome; their rows are kept that long."""
+    def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int, since: datetime | None = None) -> bool:
+        """Whether a queue item of a robot, or an order of its fleet, belongs to a row that had not ended at ``since``
+        (None: to any): before, the number may have been another's. Asked only for those that forget descriptions, about
+        items newer than a request of unknown outcome; their rows are kept that long."""
         found = c.execute(
-            """SELECT 1 FROM executions WHERE queue_id = ?2 AND (robot_id = ?1 OR robot_id IN
+            """SELECT 1 FROM executions WHERE queue_id = ?2 AND coalesce(ended_at >= ?3, TRUE) AND (robot_id = ?1 OR robot_id IN
                    (SELECT others.id FROM current_robots AS others JOIN current_robots AS own USING (fleet_id) WHERE own.id = ?1))
                LIMIT 1""",
-            (robot_id, queue_id),
+            (robot_id, queue_id, to_optional_text(since)),
         ).fetchone()
         return found is not None
 

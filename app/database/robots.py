@@ -137,14 +137,15 @@ class RobotRepository(Table[Robot]):
         row = c.execute("SELECT last_queue_id, last_token FROM current_robots WHERE id = ?", (robot_id,)).fetchone()
         return None if row is None or row[0] is None else Accepted(*row)
 
-    def newest_of_fleet(self, c: sqlite3.Connection, fleet_id: int) -> Accepted | None:
-        """The newest order that the fleet took from the app, for any of its robots; None: none yet."""
-        row = c.execute(
-            "SELECT last_queue_id, last_token FROM current_robots WHERE fleet_id = ? AND last_queue_id IS NOT NULL"
-            " ORDER BY last_queue_id DESC LIMIT 1",
-            (fleet_id,),
-        ).fetchone()
-        return None if row is None else Accepted(*row)
+    def last_of_each(self, c: sqlite3.Connection, robot_id: int) -> list[Accepted]:
+        """The same of this robot, then of the others of its fleet, by falling number."""
+        rows = c.execute(
+            """SELECT last_queue_id, last_token FROM current_robots WHERE last_queue_id IS NOT NULL
+                      AND (id = ?1 OR fleet_id = (SELECT fleet_id FROM current_robots WHERE id = ?1))
+               ORDER BY id = ?1 DESC, last_queue_id DESC""",
+            (robot_id,),
+        )
+        return [Accepted(*row) for row in rows]
 
     def note_accepted(self, c: sqlite3.Connection, robot_id: int, accepted: Accepted) -> None:
         c.execute("UPDATE robots SET last_queue_id = ?, last_token = ? WHERE id = ?", (*accepted, robot_id))

@@ -14,6 +14,7 @@ import pytest
 from app.database.backups import back_up, restore
 from app.database.fleets import FleetRepository
 from app.database.robots import Accepted, RobotRepository
+from app.domain.capabilities import OF_A_ROBOT
 from app.domain.check_up import RobotProfile
 from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State, Trigger, Wait
 from app.domain.reasons import sentence, waiting_sentence
@@ -131,7 +132,7 @@ def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fl
     """It may have got thousands of orders since."""
     searched, answered = [], []
     client = SimpleNamespace(
-        capabilities=OF_A_VEHICLE,
+        capabilities=OF_A_VEHICLE if of_fleet else OF_A_ROBOT,
         status=RobotStatus,
         highest_queue_id=lambda: 9000,
         items_after=lambda floor, *_args, **_options: searched.append(floor) or [],
@@ -143,7 +144,7 @@ def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fl
         db=SimpleNamespace(read=lambda: None),
         robots=SimpleNamespace(
             last_accepted=lambda *_args: None,
-            newest_of_fleet=lambda *_args: newest_known and Accepted(newest_known, ""),
+            last_of_each=lambda *_args: [Accepted(newest_known, "")] if newest_known else [],
         ),
         restored_starts=SimpleNamespace(
             wants=lambda _robot: True,
@@ -155,11 +156,18 @@ def test_after_a_restore_a_fleet_is_searched_down_to_what_the_backup_knows(of_fl
     assert (searched, answered) == ([floor], [7.0 if is_answer else -math.inf])
 
 
-def test_the_newest_order_of_a_fleet_is_that_of_any_of_its_robots(site):
-    named = site.container.catalogue.save_robot(Robot("Named", "", fleet=site.hall, vehicle="1"))
-    add(site, ANY_VEHICLE)
-    site.container.db.write(lambda c: RobotRepository().note_accepted(c, named.id, Accepted(12, "token")))
-    assert RobotRepository().newest_of_fleet(site.container.db.read(), site.hall.id) == Accepted(12, "token")
+def test_the_last_orders_of_a_fleet_are_those_of_all_its_robots(site):
+    robots, repository, db = site.container.catalogue, RobotRepository(), site.container.db
+    named = robots.save_robot(Robot("Named", "", fleet=site.hall, vehicle="1"))
+    either = add(site, ANY_VEHICLE)
+    direct = robots.save_robot(Robot("Direct", "http://10.0.0.2"))
+    for number, robot in ((12, named), (5, either), (20, direct)):
+        db.write(lambda c, robot=robot, number=number: repository.note_accepted(c, robot.id, Accepted(number, "token")))
+    found = {
+        each: [last.queue_id for last in repository.last_of_each(db.read(), each.id)]
+        for each in (named, either, direct)
+    }
+    assert list(found.values()) == [[12, 5], [5, 12], [20]]
 
 
 @pytest.mark.parametrize(
@@ -214,7 +222,7 @@ def test_a_start_in_doubt_is_not_repeated_at_a_fleet_that_may_be_another_one(ide
         ledger=None,
         clock=SimpleNamespace(monotonic=lambda: 7.0),
         db=SimpleNamespace(read=lambda: None),
-        robots=SimpleNamespace(newest_of_fleet=lambda *_args: None),
+        robots=SimpleNamespace(last_of_each=lambda *_args: []),
     )
     robot = Robot("Any", "", fleet=Fleet("Hall", "http://hall", identity=identity), vehicle=ANY_VEHICLE)
     seen = SimpleNamespace(robot=robot, began_again_at=-math.inf, read_highest=lambda _floor: 1)

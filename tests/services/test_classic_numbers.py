@@ -9,12 +9,12 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import ANY_VEHICLE, Fleet, ReasonCode, Robot, Schedule, State
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, ReasonCode, Robot, Schedule, State
 from app.mir.classic_vehicle import OF_A_VEHICLE
 from app.services.dispatch.observation import Observation
 from mir_sim.fleets.orders import OrderState
 from tests.support.network import Fate
-from tests.support.site import GUIDS, USER, Site
+from tests.support.site import FLEET, GUIDS, USER, Site
 
 OTHERS = [pytest.param(20, id="others order past the number"), pytest.param(0, id="none order", marks=pytest.mark.long)]
 LATER = 86400.0  # s: orders of others that wait for tomorrow
@@ -176,3 +176,98 @@ def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site
     site.run_until(lambda: not any(row.state.is_open for row in site.executions()))
     row = site.executions()[-1]
     assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+
+
+def completed(site, robot_id):
+    """A start of a person's, to its end."""
+    row = site.container.operator.run_now(robot_id, 1)
+    site.run_until(lambda: not site.container.ledger.get(row.id).state.is_open)
+    found = site.container.ledger.get(row.id)
+    assert found.state is State.COMPLETED
+    return found
+
+
+def test_an_earlier_start_with_the_same_number_does_not_hide_an_order(site):
+    """The fleet has begun its numbers again hours before."""
+    forget_descriptions(site)
+    site.add_robots()
+    site.add_mission()
+    site.run(10)
+    for _ in range(3):
+        completed(site, 1)
+    site.fleet.book._orders.clear()
+    site.fleet.book._last_number = 0
+    site.run(600)
+    completed(site, 1)
+    site.run(600)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    completed(site, 1)
+    assert len(site.network.posts("R1")) == 5
+
+
+def test_the_last_order_of_the_robot_itself_shows_whether_tokens_come_back(site):
+    """Another robot's has a higher number, of before the fleet began its numbers again."""
+    site.add_robots()
+    site.add_mission()
+    site.run(10)
+    site.fleet.book._last_number = 50
+    site.run(30)
+    completed(site, 2)
+    site.fleet.book._orders.clear()
+    site.fleet.book._last_number = 0
+    site.run(120)
+    completed(site, 1)
+    site.run(200)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.network.submitted = lambda _one: site.stranger_queues(user=USER)
+    site.container.operator.run_now(1, 1)
+    site.run(300)
+    assert [alarm.code for alarm in site.container.alarms.open()] == []
+    assert len(site.network.posts("R1")) == 3
+
+
+def test_a_number_that_was_given_again_shows_nothing_about_tokens(site):
+    """The robot's last order is of before the fleet began its numbers again, the other robot's of afterwards."""
+    site.add_robots()
+    site.add_mission()
+    site.run(10)
+    completed(site, 1)
+    site.fleet.book._orders.clear()
+    site.fleet.book._last_number = 0
+    site.run(120)
+    for _ in range(2):
+        completed(site, 2)
+    site.run(200)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.network.submitted = lambda _one: site.stranger_queues(user=USER)
+    site.container.operator.run_now(1, 1)
+    site.run(300)
+    assert [alarm.code for alarm in site.container.alarms.open()] == []
+    assert len(site.network.posts("R1")) == 3
+
+
+def test_an_earlier_order_that_can_be_read_in_lists_only_keeps_no_start_back(site):
+    site.add_robots()
+    site.add_mission()
+    site.run(10)
+    number = completed(site, 1).queue_id
+    site.network.unreadable.update({("R1", number), (FLEET, number)})
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    completed(site, 1)
+    assert len(site.network.posts("R1")) == 3
+
+
+def test_a_search_among_more_orders_than_one_call_reads_is_continued_by_the_next(site):
+    """Of a fleet with short lists only: others ordered much while the app was off, soon after its last start."""
+    site.network.short_lists = 3
+    site.add_robots()
+    site.add_mission()
+    site.run(10)
+    completed(site, 1)
+    site.switch_off()
+    site.clock.advance(1200)
+    others_order(site, 120)
+    site.switch_on()
+    site.run(180)
+    found = site.container.snapshots.get(1)
+    assert (found.connection, found.problem) == (Connection.CONNECTED, "")

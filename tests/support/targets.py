@@ -114,6 +114,7 @@ __all__ = [
     "OWN_NETWORK",
     "OWN_QUEUE",
     "OWN_WORDS",
+    "READ_AT_ONCE",
     "SHOWS_CHARGING",
     "SORTED",
     "UNSORTED",
@@ -123,6 +124,7 @@ __all__ = [
 OWN_QUEUE = pytest.mark.only_for(
     ROBOT, reason="no robot of a fleet has a queue of its own that the app reads or clears"
 )
+READ_AT_ONCE = pytest.mark.only_for(ROBOT, reason="the next call continues a search among a fleet's orders")
 OWN_ADDRESS = pytest.mark.only_for(ROBOT, reason="a robot of a fleet has no address, password or machine of its own")
 OWN_MISSIONS = pytest.mark.only_for(ROBOT, reason="robots of a fleet have the same missions")
 OWN_CLOCK = pytest.mark.only_for(ROBOT, reason="robots of a fleet have one time for the app, the fleet's")

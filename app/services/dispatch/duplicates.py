@@ -44,8 +44,9 @@ class Duplicates:
         self._client, self._s, self._ledger, self._seen = client, context, context.ledger, observation
         self.own = OwnItems(client, context, observation)
         self._watched: dict[str, tuple[int, float]] = {}  # by token: queue floor, and until when on the monotonic clock
-        self._unsearched_from = EARLIEST  # starts sent to a fleet since then may have copies that were not searched for
-        self._unsearched_since = math.inf  # the first of the searches for them that failed in a row, on the same clock
+        self._searched_until = EARLIEST  # starts sent to a fleet later may have copies that were not searched for
+        self._search_fails_since = math.inf  # on the monotonic clock
+        self._read: dict[int, QueueItem | None] = {}  # by a fleet's search, which the next call continues
 
     def give_up(self, row: Execution, problem: Message, *, may_come: bool = True) -> Transition:
         """Its outcome can't be found out. ``may_come``: it is watched for."""
@@ -149,7 +150,7 @@ class Duplicates:
         it between two polls."""
         floors, can = {token: floor for token, (floor, _until) in self._watched.items()}, self._client.capabilities
         if not can.own_queue and can.find_by is FindBy.TOKEN:
-            floors |= {row.token: row.queue_floor or 0 for row in self._sent_since(self._unsearched_from)}
+            floors |= {row.token: row.queue_floor or 0 for row in self._sent_since(self._searched_until)}
         return floors
 
     def _search(self, mono: float, floors: Mapping[str, int]) -> tuple[list[QueueItem], set[str]]:
@@ -159,24 +160,27 @@ class Duplicates:
         now = self._s.clock.now()
         try:
             found = self._newer(floors)
-        except RobotError:
-            self._unsearched_since = min(self._unsearched_since, mono)
-            if mono - self._unsearched_since >= UNSEARCHED_AT_MOST:
+        except RobotError as error:
+            if not isinstance(error, Unreadable):  # it may come back with other orders
+                self._read = {}
+            self._search_fails_since = min(self._search_fails_since, mono)
+            if mono - self._search_fails_since >= UNSEARCHED_AT_MOST:
                 over = {token for token, (_floor, until) in self._watched.items() if until <= mono}
                 self._ledger.drop_watches(self._seen.robot.id, over)
                 self._watched = {token: value for token, value in self._watched.items() if token not in over}
             raise
-        self._unsearched_since, self._unsearched_from = math.inf, now - DOUBLED_WITHIN
+        self._search_fails_since, self._searched_until, self._read = math.inf, now - DOUBLED_WITHIN, {}
         return found
 
     def _newer(self, floors: Mapping[str, int]) -> tuple[list[QueueItem], set[str]]:
         """Where each is asked for by its token, one that can't be read hides no other."""
         newer, unread = list[QueueItem](), set[str]()
-        are_asked_singly = self._client.capabilities.find_by is FindBy.ID
+        can = self._client.capabilities
+        are_asked_singly, read = can.find_by is FindBy.ID, {} if can.own_queue else self._read
         together = [[*floors]] if floors else []
         for tokens in [[token] for token in floors] if are_asked_singly else together:
             try:
-                newer += self._client.items_after(self._lowest(floors), tokens=tokens)
+                newer += self._client.items_after(self._lowest(floors), read, tokens=tokens)
             except Ambiguous:  # those that may still run are among the open ones
                 continue
             except (RobotFault, Unreadable):

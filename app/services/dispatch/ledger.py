@@ -62,9 +62,9 @@ class Ledger:
     def by_token(self, token: str) -> Execution | None:
         return self._executions.by_token(self._db.read(), token)
 
-    def is_claimed(self, robot_id: int, queue_id: int) -> bool:
-        """Whether that queue item is an execution's already."""
-        return self._executions.is_claimed(self._db.read(), robot_id, queue_id)
+    def is_claimed(self, robot_id: int, queue_id: int, since: datetime | None = None) -> bool:
+        """Whether that queue item belongs to an execution, and to one that had not ended at ``since``."""
+        return self._executions.is_claimed(self._db.read(), robot_id, queue_id, since)
 
     def planned_between(self, robot_id: int, start: datetime, end: datetime) -> list[Execution]:
         """Asked of this robot, without what its fleet had it do for any robot."""

@@ -27,6 +27,7 @@ SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a
 SHOWN_AT_LEAST = 60.0  # s: no fleet forgets an order within 90 s of its request, which itself may take 30 s
 LONG_AGO = 1800.0  # s within which it is certain, after a restore, what a fleet has
 CLOCK_STEPS = 120.0  # s by which a fleet's clock may have been set since an order ended
+ENDED_BEFORE = timedelta(minutes=5)  # that a start had ended before another was planned, as clocks may be set back
 
 
 class OwnItems:
@@ -61,32 +62,35 @@ class OwnItems:
         """Whether this robot now returns descriptions unchanged: judged by the newest item that is certainly ours,
         unless its check-up has shown that it does not. That it does is true until a robot boots; a fleet may have been
         changed unseen. None: unknown."""
+        if self._client.capabilities.find_by is FindBy.ID:
+            return True
         known = self._seen.known
         if known is not None and known.token_field == "":
             return False
         if (is_returned := self._was_last_token_returned()) is not None:
             return is_returned
-        return True if known is not None and known.token_field and self._seen.robot.fleet is None else None
+        return True if known is not None and known.token_field and self._client.capabilities.own_queue else None
 
     def _was_last_token_returned(self) -> bool | None:
         """None: the robot, or any of its fleet, has no item that certainly belongs to the app."""
-        last = self._last_accepted()
-        if last is None:
-            return None
-        try:
-            item = self._client.queue_item(last.queue_id)
-        except Rejected:  # deleted, or its number is another item's now
-            return None
-        except (RobotFault, Unreadable):  # that one item, perhaps for long
-            if self._has_forgotten:
-                return False
-            raise
-        return item.description == last.token
+        is_returned = None
+        for last in self._last_accepted():
+            try:
+                item = self._client.queue_item(last.queue_id)
+            except Rejected:  # deleted, or its number is another item's now
+                continue
+            except (RobotFault, Unreadable):  # that one item, perhaps for long
+                if self._has_forgotten:
+                    return False
+                raise
+            is_returned = item.description == last.token
+            if is_returned or not item.has_token:  # else that number has been given again
+                break
+        return is_returned
 
-    def _last_accepted(self) -> Accepted | None:
-        """The newest item that the robot, or any of its fleet, has taken from the app."""
-        robots, robot, c = self._s.robots, self._seen.robot, self._s.db.read()
-        return robots.newest_of_fleet(c, robot.fleet.id) if robot.fleet else robots.last_accepted(c, robot.id)
+    def _last_accepted(self) -> list[Accepted]:
+        """The newest item that the robot has taken from the app; then those of other robots of its fleet."""
+        return self._s.robots.last_of_each(self._s.db.read(), self._seen.robot.id)
 
     def _is_last_anothers(self) -> bool:
         """Whether a fleet has another order under the number of the newest that it has taken from the app. Raises
@@ -94,12 +98,20 @@ class OwnItems:
         can = self._client.capabilities
         if can.own_queue or can.find_by is FindBy.ID:
             return False
-        last = self._last_accepted()
+        last = max(self._last_accepted(), default=None)
         row = last and self._ledger.by_token(last.token)
+        if last is None or row is None:
+            return False
         try:
-            return bool(last and row and not self.is_ours(row, self._client.queue_item(last.queue_id)))
+            item = self._client.queue_item(last.queue_id)
         except Rejected:  # deleted
             return False
+        except (RobotFault, Unreadable):  # that one order, perhaps for long: a list may show it
+            listed = {each.id: each for each in self._client.items_after(last.queue_id - 1, tokens=(last.token,))}
+            if last.queue_id not in listed:
+                raise
+            item = listed[last.queue_id]
+        return not self.is_ours(row, item)
 
     def why_uncertain(
         self, row: Execution, is_taken: bool, may_change_robot: bool, age: float = 0.0, unasked: float = 0.0
@@ -140,13 +152,13 @@ class OwnItems:
         return self.do_tokens_come_back() is not False or (self._seen.known is not None and bool(self._seen.user_name))
 
     def may_be_of(self, row: Execution, item: QueueItem) -> bool:
-        """Without tokens (a robot may put the mission's own description there): the same mission, put there since by the same user, claimed
-        by no other execution."""
+        """Without tokens (a robot may put the mission's own description there): the same mission, put there since by the same
+        user, and claimed by no other execution that may have it."""
         return (
             item.mission_id == row.mission_guid
             and not item.has_token
             and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
-            and not self._ledger.is_claimed(self._seen.robot.id, item.id)
+            and not self._ledger.is_claimed(self._seen.robot.id, item.id, row.planned_at - ENDED_BEFORE)
         )
 
     def is_ours(self, row: Execution, item: QueueItem) -> bool:
@@ -235,10 +247,10 @@ class OwnItems:
     def _floor_of_restored(self, highest: int) -> tuple[int, bool]:
         """From where to search for what a restored backup does not know, and whether all of that lies above. A fleet
         has as many new orders in half an hour as a robot in days, but what the backup knows of it is older."""
-        fleet, floor = self._seen.robot.fleet, max(0, highest - SEARCHED_AFTER_RESTORE)
-        if fleet is None or floor == 0:
+        floor = max(0, highest - SEARCHED_AFTER_RESTORE)
+        if self._client.capabilities.own_queue or floor == 0:
             return floor, True
-        newest = self._s.robots.newest_of_fleet(self._s.db.read(), fleet.id)
+        newest = max(self._last_accepted(), default=None)
         if newest is None:
             return floor, False
         return max(0, min(highest, newest.queue_id) - SEARCHED_AFTER_RESTORE), True

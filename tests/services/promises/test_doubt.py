@@ -127,7 +127,7 @@ test_given_up = cases_of(
         [UNSEARCHABLE, 3400, plan("B", "07:17", window=1), post(ANSWER_LOST)],
         do(lambda s: s.run(4620.5 - s.seconds())),
         [down("R1"), 150, up(), ends(UNKNOWN, UNKNOWN), 120, states(FAILED, COMPLETED)],
-        mark=NUMBERED,
+        mark=READ_AT_ONCE,
     ),
     Story(
         "its only item, too late, is cancelled while it waits and reported correctly",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import timedelta
 
 import pytest
 
@@ -11,7 +12,7 @@ from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
 from app.database.schema import _FLEETS
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot
+from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot, State
 from app.services.catalogue.database_check import find_problem
 from tests.support.stored import brought_up_to_date
 from tests.unit.database.conftest import NOON
@@ -96,6 +97,13 @@ def test_an_order_of_a_fleet_belongs_to_one_start_of_all_its_robots(db, fleet, r
     claimed = {each.name: EXECUTIONS.is_claimed(db.read(), each.id, 5) for each in (robot, either, direct)}
     assert claimed == {"Aino": True, "Any": True, "Bella": False}
     assert not EXECUTIONS.is_claimed(db.read(), robot.id, 6)
+
+
+@pytest.mark.parametrize(("ended", "is_claimed"), [(None, True), (NOON, True), (NOON - timedelta(seconds=1), False)])
+def test_an_order_belongs_to_no_start_that_had_ended_before(db, fleet, robot, row, ended, is_claimed):
+    state = State.COMPLETED if ended else State.QUEUED
+    db.write(lambda c: EXECUTIONS.add_once(c, row(robot_id=robot.id, queue_id=5, ended_at=ended, state=state)))
+    assert EXECUTIONS.is_claimed(db.read(), robot.id, 5, NOON) is is_claimed
 
 
 def test_a_database_without_fleets_is_brought_up_to_date(path, clock):
