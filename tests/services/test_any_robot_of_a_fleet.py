@@ -480,6 +480,21 @@ def test_the_age_of_a_start_after_a_kill_counts_from_its_attempt(tmp_path):
     site.switch_off()
 
 
+def test_a_start_is_as_old_as_its_request_though_the_tablet_slept_during_that(tmp_path, monkeypatch):
+    """Its answer was lost, and it has run in that time; the fleet has forgotten it."""
+    monkeypatch.setattr(Site, "_ended_shown_s", 0.0)
+    site = Site(tmp_path, target="enterprise")
+    site.fleet.knobs = replace(site.fleet.knobs, orders_kept=60.0, ids_kept=60.0)
+    (robot,) = site.add_robots()
+    site.add_mission()
+    site.run(10)
+    site.network.interrupt = lambda where: where == "after POST /mission_queue" and site.clock.advance(600.0)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    row = run_now(site, robot)
+    assert (row.state, row.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+    site.switch_off()
+
+
 def run_now(site, robot):
     return ended(site, site.container.operator.run_now(robot.id, 1))
 

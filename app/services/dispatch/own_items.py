@@ -24,7 +24,7 @@ from app.services.dispatch.observation import Observation
 log = logging.getLogger(__name__)
 
 SEARCHED_AFTER_RESTORE = 1000  # newest queue items that are searched for what a restored backup does not know
-SHOWN_AT_LEAST = 60.0  # s: no fleet forgets an order within 90 s of its request, which itself may take 30 s
+SHOWN_AT_LEAST = 60.0  # s: no fleet forgets an order that soon after its request; the history of each is of an hour
 LONG_AGO = 1800.0  # s within which it is certain, after a restore, what a fleet has
 CLOCK_STEPS = 120.0  # s by which a fleet's clock may have been set since an order ended
 ENDED_BEFORE = timedelta(minutes=5)  # that a start had ended before another was planned, as clocks may be set back

@@ -472,7 +472,9 @@ class Sending:
         """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once."""
         mono = self._clock.monotonic() + ahead
         wake_at = mono if is_taken else mono + RECONCILE_EVERY
-        since = (row.begun_at or row.planned_at) if ahead else self._clock.now()
+        before = self.attempts.get(row.id)
+        sent_since = before and before.sent_since  # the tablet may have slept during the request
+        since = (row.begun_at or row.planned_at) if ahead else sent_since or self._clock.now()
         self.attempts[row.id] = Attempt(
             Phase.IN_DOUBT, wake_at, row, in_doubt_since=mono, sent_since=since, is_taken=is_taken
         )
