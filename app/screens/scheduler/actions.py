@@ -119,7 +119,7 @@ class ScheduleActions:
 
     def move_all(self, facts: SchedulerFacts, schedule: Schedule, at: datetime, to: datetime) -> None:
         """All its starts like that one, and nothing else of it as it is now: it may have been edited since the drag."""
-        catalogue, text = self._services.catalogue, _("{name} is changed").format(name=self._name(schedule))
+        catalogue = self._services.catalogue
 
         def work() -> tuple[Schedule, Schedule]:
             before = catalogue.schedule(schedule.id)
@@ -128,13 +128,12 @@ class ScheduleActions:
                 raise InvalidInput("schedule", "this schedule no longer has this start")
             return before, catalogue.change(before, moved)
 
-        self._act(
-            schedule.id,
-            work,
-            lambda both: self._shell.offer_undo(
-                text, lambda: catalogue.change_back(*both), self._done, about=about(schedule.id)
-            ),
-        )
+        def changed(both: tuple[Schedule, Schedule]) -> None:
+            rule = view.zoned(view.short_rule(both[1]), schedule.timezone, facts)
+            text = _("{name} is changed: {rule}").format(name=self._name(schedule), rule=rule)
+            self._shell.offer_undo(text, lambda: catalogue.change_back(*both), self._done, about=about(schedule.id))
+
+        self._act(schedule.id, work, changed)
 
     def pause(self, schedule: Schedule) -> None:
         """Ask for the day on which it starts again; until then its starts are skipped."""

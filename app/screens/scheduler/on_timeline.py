@@ -18,7 +18,7 @@ from app.screens.common.options import Card, MenuItem
 from app.screens.common.robot_appearance import robot_option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher, ViewModel
-from app.screens.scheduler import bar_card, timeline
+from app.screens.scheduler import bar_card, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, full_hour
@@ -41,7 +41,7 @@ class Moving:
     note: str
     keep: str
     only: str
-    later: str  # empty: not possible
+    every: str  # empty: not possible
 
 
 class OnTimeline(ViewModel):
@@ -312,15 +312,19 @@ class OnTimeline(ViewModel):
         before, after = (formats.clock_time(moment, zone) for moment in (at, to))
         repeats = schedule.recurrence is not None
         moved = self.actions.moved(self._facts, schedule, at, to) if repeats else None
+        was = formats.day_and_time(at, zone, self._services.clock.now())
+        note = _("was {time}").format(time=was)
+        if moved is not None:
+            note += f" · {_('All starts')}: {view.zoned(view.short_rule(moved), zone, self._facts)}"
         self.moving = Moving(
             key,
             to,
             schedule,
             title=f"{self._facts.called(schedule)} → {after}",
-            note=_("was {time}").format(time=formats.day_and_time(at, zone, self._services.clock.now())),
+            note=note,
             keep=_("Keep {time}").format(time=before),
-            only=_("Only {day}").format(day=formats.day(at, zone)) if repeats else _("Move"),
-            later=_("This and later") if moved is not None else "",
+            only=_("Only {time}").format(time=was) if repeats else _("Move"),
+            every=_("All starts") if moved is not None else "",
         )
         self._show_plan()
 

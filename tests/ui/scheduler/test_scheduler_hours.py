@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import date, datetime, time, timedelta
+from datetime import UTC, date, datetime, time, timedelta
 
 import pytest
 from kivy.metrics import dp
 from kivy.tests.common import UnitTestTouch
 
-from app.domain.models import Robot
+from app.domain.models import Between, Robot
 from app.screens.scheduler.cards import FreeButton, HoursPart, PlanPage
 from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
-from app.widgets.buttons import IconButton, MenuChip
+from app.widgets.buttons import CommandButton, IconButton, MenuChip
 from app.widgets.choices import OptionRow
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.snackbar import Snackbar
@@ -111,7 +111,7 @@ def test_a_start_that_is_dragged_stays_there_dashed_until_a_button_says_what_mov
     assert screen.plan.moving.title == "Night stock count on Aino → 17:30"
     assert bars_of(ui, schedule)[0] == "was"
     assert named(container, "Night stock count", "Aino") == schedule
-    press(screen, ui, "This and later")
+    press(screen, ui, "All starts")
     assert named(container, "Night stock count", "Aino").start.time() == time(17, 30)
     assert bars_of(ui, schedule)[0] == "planned"
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
@@ -119,12 +119,34 @@ def test_a_start_that_is_dragged_stays_there_dashed_until_a_button_says_what_mov
     assert named(container, "Night stock count", "Aino").start == schedule.start
 
 
+def test_what_moves_with_a_dragged_start_of_many_is_said_before_and_after(screen, container, ui):
+    """Earlier ones, too."""
+    night = named(container, "Night stock count", "Aino")
+    rule = "FREQ=MINUTELY;INTERVAL=30"
+    often = container.catalogue.save_schedule(
+        replace(night, start=datetime(2026, 11, 20, 8, 0), recurrence=rule, between=Between(time(8), time(16)))
+    )
+    settle(screen, ui)
+    at = datetime(2026, 11, 20, 13, 0, tzinfo=UTC)
+    screen.plan.move_start(
+        ("schedule", often.id, at), (at + timedelta(minutes=10) - screen.plan.timeline.origin) / timedelta(hours=1)
+    )
+    settle(screen, ui)
+    assert screen.plan.moving.note == "was 15:00 · All starts: Every 30 min 08:10–16:10"
+    assert [button.text for button in ui.find_all(CommandButton) if "15:00" in button.text] == [
+        "Keep 15:00",
+        "Only 15:00",
+    ]
+    press(screen, ui, "All starts")
+    assert "is changed: Every 30 min 08:10–16:10" in ui.find(Snackbar).text
+
+
 def test_what_was_edited_while_the_question_is_open_stays(screen, container, ui):
     schedule = named(container, "Night stock count", "Aino")
     drag(screen, ui, schedule, -1.5)
     container.catalogue.save_schedule(replace(schedule, priority=1))
     settle(screen, ui)
-    press(screen, ui, "This and later")
+    press(screen, ui, "All starts")
     moved = container.catalogue.schedule(schedule.id)
     assert (moved.start.time(), moved.priority) == (time(17, 30), 1)
 
@@ -134,7 +156,7 @@ def test_a_start_that_is_not_there_any_more_moves_no_others(screen, container, u
     drag(screen, ui, schedule, -1.5)
     edited = container.catalogue.save_schedule(replace(schedule, start=schedule.start.replace(hour=21)))
     settle(screen, ui)
-    press(screen, ui, "This and later")
+    press(screen, ui, "All starts")
     assert container.catalogue.schedule(schedule.id).start == edited.start
     assert "no longer has this start" in ui.find(Snackbar).text
 
@@ -142,10 +164,10 @@ def test_a_start_that_is_not_there_any_more_moves_no_others(screen, container, u
 @pytest.mark.parametrize(
     ("edit", "hour", "is_refused"), [({"priority": 1}, 19, False), ({"start": datetime(2026, 11, 20, 21, 0)}, 21, True)]
 )
-def test_undo_of_this_and_later_loses_no_edit_made_since(screen, container, ui, edit, hour, is_refused):
+def test_undo_of_all_starts_loses_no_edit_made_since(screen, container, ui, edit, hour, is_refused):
     schedule = named(container, "Night stock count", "Aino")
     drag(screen, ui, schedule, -1.5)
-    press(screen, ui, "This and later")
+    press(screen, ui, "All starts")
     moved = container.catalogue.schedule(schedule.id)
     edited = container.catalogue.save_schedule(replace(moved, **edit))  # elsewhere
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
@@ -158,7 +180,7 @@ def test_undo_of_this_and_later_loses_no_edit_made_since(screen, container, ui, 
 def test_saving_a_schedule_ends_the_offer_to_undo_its_move(screen, container, ui):
     schedule = named(container, "Night stock count", "Aino")
     drag(screen, ui, schedule, -1.5)
-    press(screen, ui, "This and later")
+    press(screen, ui, "All starts")
     screen.plan.edit(schedule.id)
     screen.plan.form.set(priority=1)
     settle(screen, ui)
@@ -179,7 +201,7 @@ def test_only_the_start_that_was_dragged_is_moved(screen, container, ui):
     """One drag, one tap."""
     schedule = named(container, "Night stock count", "Aino")
     drag(screen, ui, schedule, -1.5)
-    press(screen, ui, "Only Fri 20 Nov")
+    press(screen, ui, "Only 19:00")
     assert container.catalogue.schedule(schedule.id).start == schedule.start
     begins = [run.at.hour for run in container.plan.next(40) if "Night stock count" in run.schedule.name][:2]
     assert begins == [15, 17]  # UTC: 17:30 today, 19:00 after that
@@ -194,7 +216,7 @@ def test_a_start_that_was_dragged_goes_there_though_the_plan_was_paged_since(scr
     for _page in range(5):
         screen.plan.page(True)
         settle(screen, ui)
-    press(screen, ui, "Only Fri 20 Nov")
+    press(screen, ui, "Only 19:00")
     begins = [run.at for run in container.plan.next(40) if "Night stock count" in run.schedule.name][:2]
     assert [f"{at:%d %H:%M}" for at in begins] == ["20 15:30", "23 17:00"]
 
