@@ -13,6 +13,7 @@ from app.widgets.snackbar import SnackbarStack
 from app.widgets.surfaces import TonedTap
 
 ESCAPE = 27  # also Android's back button
+ASIDE = 24  # dp from a side of a card to the middle of its arrow: clear of the round corners
 
 
 class Still(MotionDialogBehavior):
@@ -108,16 +109,17 @@ class Menu(MDDialog, Still):
 
     def _point(self):
         x, y = self.anchor.to_window(self.anchor.x, self.anchor.y)
-        self.is_below, aside = self.top <= y, dp(24)  # clear of the round corners
+        self.is_below = self.top <= y
         is_beside = self.is_below or self.y >= y + self.anchor.height
-        middle = min(max(x + self.anchor.width / 2, self.x + aside), self.right - aside)
+        middle = min(max(x + self.anchor.width / 2, self.x + dp(ASIDE)), self.right - dp(ASIDE))
         self.tip = round(middle) if self.title and is_beside else 0
 
     def _corner(self):
         edge = dp(8)
         x, y = self.anchor.to_window(self.anchor.x, self.anchor.y)
-        is_at_left = x + self.anchor.width / 2 < Window.width / 2
-        left = x if is_at_left else x + self.anchor.width - self.width
+        middle = x + self.anchor.width / 2
+        is_at_left = middle < Window.width / 2
+        left = min(x, middle - dp(ASIDE)) if is_at_left else max(x + self.anchor.width, middle + dp(ASIDE)) - self.width
         below = y - edge - self.height
         above = y + self.anchor.height + edge
         bottom = below if below >= edge else min(above, Window.height - edge - self.height)

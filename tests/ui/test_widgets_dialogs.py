@@ -106,13 +106,25 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
 
 
 def test_a_card_at_the_left_of_the_page_leaves_the_rail_free(ui, dialogs):
-    bar = ui.show(CommandButton(text="06:30"), (20, 48))
+    bar = ui.show(CommandButton(text="06:30"), (80, 48))
     bar.pos = 110, 400
     ui.advance()
     menu = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
     ui.advance()
     assert menu.x == bar.x
     menu.dismiss()
+    ui.advance()
+
+
+@pytest.mark.parametrize("x", [300, 900])
+def test_a_card_points_at_the_middle_of_what_is_narrow(ui, dialogs, x):
+    bar = ui.show(CommandButton(text=""), (6, 48))
+    bar.pos = x, 400
+    ui.advance()
+    card = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
+    ui.advance()
+    assert card.tip == bar.center_x
+    card.dismiss()
     ui.advance()
 
 
