@@ -97,6 +97,7 @@ def _submit(
     readers = {robot.id: _Reader(container.make_worker(robot)) for robot in robots}
     try:
         while (readers or execution.robot_id is None) and execution.state in NOT_WITH_THE_ROBOT:
+            _ask_fleets(container, readers)
             wait = _go_on(container, readers, execution)
             execution = container.ledger.get(execution.id) or execution
             if execution.state in NOT_WITH_THE_ROBOT:
@@ -106,6 +107,19 @@ def _submit(
             reader.join()
             reader.worker.close()
     return outcome(execution)
+
+
+def _ask_fleets(container: Container, readers: dict[int, _Reader]) -> None:
+    """Who they are, where that is not known yet: nothing is sent to one that could be another."""
+    unknown = {key: reader for key, reader in readers.items() if not reader.worker.robot.is_identified}
+    if not unknown:
+        return
+    container.fleets.ask_new({reader.worker.robot.fleet_id for reader in unknown.values()})
+    for robot in container.catalogue.robots():
+        if robot.id in unknown and robot.is_identified:
+            unknown[robot.id].join()
+            unknown[robot.id].worker.close()
+            readers[robot.id] = _Reader(container.make_worker(robot))
 
 
 def _go_on(container: Container, readers: Mapping[int, _Reader], execution: Execution) -> float:

@@ -283,6 +283,19 @@ def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehi
         )
 
 
+def test_a_fleet_without_users_that_is_not_known_yet_is_only_said_to_need_a_check_up(tmp_path):
+    site = Site(tmp_path, target="enterprise")
+    site.identity = None
+    site.hall = site.add_fleet()
+    mission = site.add_mission()
+    site.run(10)
+    site.container.operator.run_now(add(site, ANY_VEHICLE).id, mission.id)
+    site.run(10)
+    said = waiting_sentence(site.executions()[0], "UTC")
+    assert said.startswith("The fleet Fleet has to be checked up first, waits")
+    site.switch_off()
+
+
 def started(tmp_path, window, fate=None, after=0.5):
     """Fleet software before 1.5. A start is sent, and after some seconds the app is killed."""
     site = Site(tmp_path, target="enterprise")

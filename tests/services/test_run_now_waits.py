@@ -14,6 +14,9 @@ import mir_sim
 from app.failures import Failure
 from app.process import run_now_command
 from app.process.data_directory import DataDirectory
+from mir_sim.fleets import KINDS
+from mir_sim.fleets.enterprise_orders import API_KEYS
+from tests.support import targets
 from tests.support.process import PATIENCE, ROOT, configuration_of, environment, prepared, running, wait_for
 
 
@@ -114,3 +117,19 @@ def test_a_blocked_stderr_delays_nothing(tmp_path):
         process.kill()
         os.close(reader)
         os.close(full)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_fleet_that_was_never_asked_who_it_is_gets_it(kind, tmp_path, capsys):
+    with mir_sim.serve(robots=1, fleet=kind) as served:
+        targets.give_identity(served.above.model, "distributor")
+        configuration = configuration_of()
+        access = {"username": "distributor", "password": "distributor"}
+        if kind == "enterprise":
+            access = {"password": next(iter(API_KEYS))}
+        configuration["fleets"] = [{"name": "Hall", "address": served.above.url, "kind": kind, **access}]
+        configuration["robots"] = [{"name": "R1", "fleet": "Hall", "vehicle": "any"}]
+        prepared(tmp_path / "data", configuration)
+        run(tmp_path / "data", configuration)
+    said = capsys.readouterr()
+    assert (said.out.strip().isdecimal(), said.err) == (True, "")

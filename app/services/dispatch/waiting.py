@@ -93,12 +93,13 @@ class Waiting:
         if seen.contradicts_clock:
             return WaitsFor(Wait.CLOCK)
         fleet = seen.robot.fleet
-        if fleet is not None and not seen.robot.is_identified:
+        if fleet is not None and not seen.robot.is_identified and fleet.username:
             problem = message(
                 "the app has no user of its own at the fleet {fleet}, so another could get it", fleet=fleet.name
             )
-            return WaitsFor(Wait.CHECK_UP, {"fleet": fleet.name, "user": fleet.username or "?", "problem": problem})
-        if fleet is not None and seen.robot.needs_check_up and row.trigger is not Trigger.MANUAL:
+            return WaitsFor(Wait.CHECK_UP, {"fleet": fleet.name, "user": fleet.username, "problem": problem})
+        is_by_person = row.trigger is Trigger.MANUAL and seen.robot.is_identified
+        if fleet is not None and seen.robot.needs_check_up and not is_by_person:
             problem = message("the fleet {fleet} was not checked up", fleet=fleet.name)
             return WaitsFor(Wait.CHECK_UP, {"fleet": fleet.name, "problem": problem})
         battery, minimum = seen.robot.battery(status), row.minimum_battery_percent

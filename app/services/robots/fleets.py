@@ -109,6 +109,14 @@ class Fleets:
             self._thread = threading.Thread(target=self._identify_all, args=(fleets,), name="fleets", daemon=True)
             self._thread.start()
 
+    def ask_new(self, fleet_ids: Collection[int | None]) -> None:
+        """The same for a command, on its thread: those of these that are not known yet, at most every 30 s."""
+        now = self._clock.monotonic()
+        if now >= self._look_at:
+            self._look_at = now + ASK_NEW_EVERY
+            fleets = self._catalogue.fleets()
+            self._identify_all([fleet for fleet in fleets if fleet.id in fleet_ids and fleet.identity is None])
+
     def _identify_all(self, fleets: Sequence[Fleet]) -> None:
         for fleet in fleets:
             said = ""
