@@ -20,6 +20,7 @@ from app.widgets.places import places
 
 DOUBLE_TAP = 0.6  # s within which a second tap belongs to the first
 SETTLES = 0.4  # s in which a touch was still meant for what was there before
+BY_ITSELF = 1.0  # s, if the user did not ask for what has appeared: a tap on the page may be on its way
 INSTANT = 0.001  # s: a frame that falls on the end comes after it
 SPOT = 48  # dp: as far from the first tap as the second may be
 SHORT = 1.0  # s: a page that scrolls hands on a tap a little after the finger has left
@@ -66,10 +67,10 @@ class Rest:
         """None for what is behind it."""
         self._ignore_keys(DOUBLE_TAP, takes_letters=False)
 
-    def after_opening(self) -> None:
+    def after_opening(self, seconds=SETTLES) -> None:
         """Something has appeared in front of the page: a second tap there, or a second Enter, is not meant for it, but
         typed text is."""
-        self._ignore(SETTLES)
+        self._ignore(seconds)
         self.keys_after_opening()
         self.after_moving()
 

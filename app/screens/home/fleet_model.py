@@ -50,7 +50,7 @@ from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dock import dock
 from app.widgets.menu import ESCAPE
-from app.widgets.rest import rest
+from app.widgets.rest import BY_ITSELF, rest
 
 PER_FRAME = 0.003  # s for looking at robots, and
 NEW_PER_FRAME = 6  # cells that become others; the rest waits for the next frame
@@ -300,7 +300,7 @@ class FleetViewModel(FleetState, ViewModel):
         if not self.is_shown:
             return
         if bool(pane.title) != bool(self.pane.title) and not by_hand:
-            rest.after_opening()  # all cells move, and buttons come in their places
+            rest.after_opening(BY_ITSELF)  # all cells move, and buttons come in their places
         self.counts, self.pane = list(shown), pane
         self.heading, self.heading_icon = heading(looks, self._alarms)
         self._show_cells(looks)

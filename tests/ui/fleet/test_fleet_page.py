@@ -390,6 +390,23 @@ def test_a_touch_just_after_the_list_has_come_presses_nothing(container, robots,
         assert rest.is_on
 
 
+def test_a_tap_that_was_under_way_to_a_tile_answers_no_question(container, robots, ui, monkeypatch):
+    answered: list[object] = []
+    monkeypatch.setattr(type(container.operator), "answer_prompt", lambda _self, *what: answered.append(what))
+    with shown(container, ui) as app:
+        ui.wait(lambda: counted(ui) == ["6 ready"])
+        settle(app, ui)
+        see(container, robots[2], sample.ASKING)
+        ui.wait(lambda: head(ui) == "1 needs you")
+        ui.advance(0.6)
+        yes = ui.find(RowButton, row_of(ui, robots[2].name), text="Yes")
+        ui.tap_at(*yes.to_window(*yes.center))
+        settle(app, ui)
+        assert answered == []
+        ui.tap(yes)
+        ui.wait(lambda: answered)
+
+
 # ---------------------------------------------------------------------- more than fit
 def test_above_fifty_six_robots_one_group_is_open(container, ui):
     robots = add_robots(container, 60)
