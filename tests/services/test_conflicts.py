@@ -10,7 +10,7 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.domain import conflicts
-from app.domain.models import Group, Mission, Overlap, Place, Robot, Schedule
+from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Group, Mission, Overlap, Place, Robot, Schedule
 from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
@@ -214,6 +214,19 @@ def test_only_with_one_robot_in_the_group_a_start_is_behind(container):
     assert found(container, draft(recurrence=None))[0] == []
     container.catalogue.save_group(replace(container.catalogue.groups()[0], members=(1,)))
     assert ConcernCode.CRITICAL_BEHIND in [code for code, _ in found(container, draft(recurrence=None))[0]]
+
+
+def test_starts_on_any_robot_of_a_fleet_are_not_in_each_others_way(container):
+    hall = container.catalogue.save_fleet(
+        Fleet("Fleet", "http://10.0.0.9", FleetKind.CLASSIC, "distributor"), password="secret"
+    )
+    either = container.catalogue.save_robot(Robot("Any", "", fleet=hall, vehicle=ANY_VEHICLE)).id
+    ran(container, [600.0] * 20, robot_id=either)
+    plan(container, "07:35", robot_id=either, mission_id=3, priority=2)
+    said, forecast = found(container, draft(robot_id=either))
+    assert ([code for code, _ in said], forecast.free_at) == ([ConcernCode.NOT_CHECKED_UP], None)
+    plan(container, robot_id=either)
+    assert on_plan(container) == []
 
 
 # ---------------------------------------------------------------------- done in time

@@ -13,6 +13,7 @@ from typing import Any
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
 from app.database.fleets import FleetRepository
+from app.database.robots import RobotRepository
 from app.domain.check_up import LeftBehind, Progress, Report, RobotProfile, Topic, Trial
 from app.domain.clock import Clock
 from app.domain.message import Message, message
@@ -80,9 +81,10 @@ class FleetCheckUps(Remains):
             return sorted(missions_of(client), key=str.casefold)
 
     def robots(self, fleet_id: int) -> Sequence[str]:
-        """Names of its robots."""
-        with self._client(self._fleet(fleet_id)) as client:
-            return sorted((_name(vehicle) for vehicle in client.identify_fleet().vehicles), key=str.casefold)
+        """Names of its robots, as the app calls them."""
+        fleet = self._fleet(fleet_id)
+        with self._client(fleet) as client:
+            return sorted(self._by_name(fleet, client.identify_fleet()), key=str.casefold)
 
     # ------------------------------------------------------------------ the check-up
     def run(
@@ -167,7 +169,8 @@ class FleetCheckUps(Remains):
     # ------------------------------------------------------------------ the trial
     def _try(self, session: CheckUpSession, fleet: Fleet, said: FleetIdentity, trial: Trial) -> tuple[bool, bool]:
         """Whether it was tried to the end, and whether the app can rely on what was found. Raises Cancelled."""
-        vehicle = next((each for each in said.vehicles if _name(each) == trial.robot), None)
+        by_name = {_name(each): each for each in said.vehicles} | self._by_name(fleet, said)
+        vehicle = by_name.get(trial.robot)
         with self._client(fleet, vehicle) as client:
             session.robot = RawClient(client, self._clock)
             try:
@@ -199,6 +202,13 @@ class FleetCheckUps(Remains):
             finally:
                 self._finish(session, orders, journal)
         return is_complete, tried.is_known
+
+    def _by_name(self, fleet: Fleet, said: FleetIdentity) -> dict[str, Vehicle]:
+        """Its robots by their names in the app; those that were not added by the fleet's: another fleet may have one of
+        that name."""
+        robots = RobotRepository().all(self._db.read())
+        added = {robot.vehicle: robot.name for robot in robots if robot.fleet_id == fleet.id}
+        return {added.get(each.id, f"{_name(each)} ({fleet.name})"): each for each in said.vehicles}
 
     def _finish(self, session: CheckUpSession, orders: ClassicOrders | EnterpriseOrders, journal: FleetJournal) -> None:
         """Delete what is still there, and report it as a finding."""

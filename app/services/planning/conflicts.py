@@ -100,7 +100,7 @@ def late_because_of(runs: Sequence[PlannedRun], shared: Shared) -> Iterator[tupl
 
 def _only_robot(run: PlannedRun, shared: Shared) -> int | None:
     if run.group is None:
-        return run.robot.id
+        return None if run.robot.is_any else run.robot.id
     robots = shared.groups[run.group.id][1] if run.group.id in shared.groups else ()
     return robots[0] if len(robots) == 1 else None
 

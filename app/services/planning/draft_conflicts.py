@@ -59,8 +59,9 @@ class DraftConflicts:
 
     # ------------------------------------------------------------------ what it shares, and with whom
     def _only_robot(self, target: Robot | Group) -> Robot | None:
+        """None if any of several may take it."""
         if isinstance(target, Robot):
-            return target
+            return None if target.is_any else target
         usable = self._usable(target)
         return self._robots[usable[0]] if len(usable) == 1 else None
 

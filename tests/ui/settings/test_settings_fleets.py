@@ -132,11 +132,11 @@ def test_a_fleet_is_checked_up_with_a_mission_and_a_robot_that_a_person_chooses(
     ui.wait(lambda: ui.find_all(CheckUpSheet))
     check_up = ui.find(CheckUpSheet)
     assert check_up.foot_off == "Choose a mission and a robot"
-    for label, word in (("Mission", "Home"), ("Robot", "Aino")):
+    for label, word in (("Mission", "Home"), ("Robot", "Aino (Hall 2)")):
         ui.tap(ui.find(PickBox, ui.find(Field, check_up, label=label)))
         ui.wait(lambda: ui.find_all(ChoiceSheet))
         ui.tap(ui.find(OptionRow, title=word))
-    ui.wait(lambda: says(ui, "Hall 2 gets one order: Home for Aino, not before tomorrow."))
+    ui.wait(lambda: says(ui, "Hall 2 gets one order: Home for Aino (Hall 2), not before tomorrow."))
     ui.advance(0.5)
     press(ui, "Make one order for tomorrow", check_up)
     go(ui, "about")
