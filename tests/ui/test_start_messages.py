@@ -447,6 +447,12 @@ def test_a_start_that_runs_when_its_cancellation_is_confirmed_asks_before_stoppi
     assert world.messages == ["Asked to cancel Kits"]
 
 
+def test_stopping_a_start_for_any_robot_names_the_one_that_the_fleet_chose(world, starts, ui):
+    starts.cancel(replace(UNBOUND, state=State.EXECUTING, robot_id=1, robot="Hall", taken_by="Veikko"))
+    ui.advance(0.5)
+    assert ui.find(AskSheet).text == "Veikko stops where it is."
+
+
 def test_a_waiting_start_that_is_held_is_said_only_to_be_held(world, starts, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)

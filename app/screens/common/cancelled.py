@@ -29,8 +29,9 @@ def ask_to_cancel(shell: Shell, mission: str, robot: str, row: Execution | None,
 
 
 def ask_to_stop(shell: Shell, mission: str, robot: str, agreed: Callable[[], object], following: str = "") -> None:
-    """What that robot is on; ``following`` is the next in its queue, as far as known."""
-    text = _("{robot} stops where it is.").format(robot=robot)
+    """What that robot is on, "" if it is not known which one; ``following`` is the next in its queue, as far as
+    known."""
+    text = _("{robot} stops where it is.").format(robot=robot) if robot else _("Its robot stops where it is.")
     if following:
         text += " " + _("Then it runs {mission}.").format(mission=following)
     _ask(shell, mission, text, agreed)

@@ -140,7 +140,7 @@ class GroupStarts:
                 cancel()
 
         if row.state is State.EXECUTING:
-            ask_to_stop(self._shell, self._name(row), row.robot, cancel)
+            ask_to_stop(self._shell, self._name(row), row.taken_by or row.robot, cancel)
         elif is_undoable(row):
             cancel()
         else:

@@ -191,8 +191,9 @@ class HomeCommands(HomeState):
         if not row.number:
             following = next((each.title for each in self.today if each.number and each.actions), "")
             is_moving = row.tone == "accent"
+            stops = (ours.taken_by if ours is not None else "") or ("" if robot.is_any else robot.name)
             ask_to_stop(
-                self._shell, name, robot.name, lambda: self._cancel(robot, key, name), following if is_moving else ""
+                self._shell, name, stops, lambda: self._cancel(robot, key, name), following if is_moving else ""
             )
         elif ours is not None and is_undoable(ours):
             self._cancel(robot, key, name)

@@ -138,6 +138,8 @@ def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) ->
             return _("{robot} does not have the mission {mission}").format(**details)
         case ConcernCode.ROBOT_OFF:
             return _("{robot} is switched off").format(**details)
+        case ConcernCode.NOT_CHECKED_UP:
+            return _("Nothing is sent until the fleet {fleet} is checked up").format(**details)
         case ConcernCode.PAUSED:
             until = details["until"]
             return _("Paused: no start before {time}").format(time=formats.day_or_time(until, draft.timezone, until))

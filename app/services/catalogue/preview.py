@@ -51,6 +51,7 @@ class ConcernCode(StrEnum):
     CLOCK_CHANGE = "clock_change"  # the wall-clock time does not exist on that day, or comes twice
     MISSION_MISSING = "mission_missing"  # the robot, or every one of the group, does not have it
     ROBOT_OFF = "robot_off"  # the robot is switched off in Settings
+    NOT_CHECKED_UP = "not_checked_up"  # the robot's fleet, or those of the whole group
     PAUSED = "paused"  # a person paused the schedule: no start before then
     SWITCHED_OFF = "switched_off"  # the schedule is: nothing starts
     NO_START = "no_start"  # no more starts
@@ -156,6 +157,7 @@ class Forecasts:
             concerns.append(
                 Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name})
             )
+        concerns += self._not_checked_up(c, target)
         if not draft.enabled:
             concerns.append(Concern(ConcernCode.SWITCHED_OFF))
         elif paused_until:
@@ -217,12 +219,22 @@ class Forecasts:
 
     def _is_lacking(self, c: sqlite3.Connection, durations: MissionDurations, group: Group, mission: str) -> bool:
         """Whether none of its robots that are switched on has the mission."""
-        members = [
-            robot.id
+        members = self._usable(c, group)
+        return bool(members) and not any(durations.has(robot.id, mission) for robot in members)
+
+    def _usable(self, c: sqlite3.Connection, group: Group) -> list[Robot]:
+        return [
+            robot
             for robot in self._robots.all(c)
             if robot.id in group.members and robot.enabled and not robot.needs_password
         ]
-        return bool(members) and not any(durations.has(robot_id, mission) for robot_id in members)
+
+    def _not_checked_up(self, c: sqlite3.Connection, target: Robot | Group | None) -> Iterator[Concern]:
+        """Nothing is sent to any of its robots by itself, as their fleets were not checked up."""
+        robots = self._usable(c, target) if isinstance(target, Group) else [target] if target is not None else []
+        fleets = [robot.fleet for robot in robots if robot.fleet is not None and robot.fleet.known is None]
+        if fleets and len(fleets) == len(robots):
+            yield Concern(ConcernCode.NOT_CHECKED_UP, details={"fleet": fleets[0].name})
 
     def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
         """The robot's battery was too low lately around the same time of day."""

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import itertools
+from datetime import timedelta
 
 import pytest
 
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
-from app.domain.models import InvalidInput, Robot
+from app.domain.models import ANY_VEHICLE, Group, InvalidInput, Mission, Robot, Schedule
 from app.mir.enterprise_past import LISTED_FOR
 from app.mir.errors import ConnectionLost
 from app.mir.transport import Response
+from app.services.catalogue.preview import ConcernCode
 from app.services.check_up.journal import HOLD
 from mir_sim.fleets.base import GO_HOME as HOME
 from mir_sim.fleets.enterprise_orders import Origin
 from tests.support.check_up_fleet import MISSION, ROBOT, CheckedFleet
 from tests.support.check_up_site import Killed
+from tests.support.recorded_robot import START
 
 KINDS = ("classic", "enterprise")
 OWN_KEY = Origin.of_key("Scheduler").api_key_guid
@@ -120,7 +123,43 @@ def test_what_is_agreed_to_says_that_the_order_should_not_run(tmp_path):
     assert "should not run" in says
     assert "cancelled at once" in says
     assert MISSION in site.check_ups.harmless_missions(site.id)
-    assert list(site.check_ups.robots(site.id)) == [ROBOT, "Celia"]
+
+
+def test_the_robots_of_a_fleet_are_offered_by_their_names_in_the_app(tmp_path):
+    """Two fleets may each have a robot of that name."""
+    site = CheckedFleet(tmp_path)
+    assert list(site.check_ups.robots(site.id)) == [f"{ROBOT} (Hall)", "Celia (Hall)"]
+    (bella,) = [
+        each.id for each in site.asked.client(_any_of(site.fleet)).identify_fleet().vehicles if each.name == ROBOT
+    ]
+    site.container.catalogue.save_robot(Robot("Bella 2", "", fleet=site.fleet, vehicle=bella))
+    assert list(site.check_ups.robots(site.id)) == ["Bella 2", "Celia (Hall)"]
+    for name in ("Celia (Hall)", "Bella 2"):
+        assert site.check_ups.run(site.id, Trial(MISSION, name)).is_complete
+    check_nothing_is_left(site)
+
+
+def test_until_a_fleet_is_checked_up_a_new_schedule_says_that_nothing_is_sent(tmp_path):
+    site = CheckedFleet(tmp_path)
+    save = site.container.catalogue
+    either = save.save_robot(_any_of(site.fleet, "Any")).id
+    own = save.save_robot(Robot("Aino", "10.0.0.8", "scheduler"), "secret").id
+    mission = save.save_mission(Mission("Kits", "g-kits")).id
+    both, alone = [save.save_group(Group(f"Group of {len(each)}", each)).id for each in ((either, own), (either,))]
+
+    def said(robot_id=None, group_id=None):
+        tomorrow = (START + timedelta(days=1)).replace(tzinfo=None)
+        draft = Schedule("", robot_id, mission, tomorrow, "UTC", group_id=group_id)
+        found = site.container.forecasts.of(draft).concerns
+        return [each.details["fleet"] for each in found if each.code is ConcernCode.NOT_CHECKED_UP]
+
+    assert [said(either), said(group_id=alone), said(group_id=both), said(own)] == [["Hall"], ["Hall"], [], []]
+    site.trial()
+    assert said(either) == said(group_id=alone) == []
+
+
+def _any_of(fleet, name=""):
+    return Robot(name, "", vehicle=ANY_VEHICLE).within(fleet)
 
 
 @pytest.mark.parametrize("trial", [Trial(MISSION), Trial(MISSION, "No such robot"), Trial("No such one", ROBOT)])

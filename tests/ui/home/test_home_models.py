@@ -10,9 +10,10 @@ import pytest
 
 from app.domain.models import Group, State
 from app.screens.home import commands
-from app.screens.home.commands import ResetReport
+from app.screens.home.commands import HomeCommands, ResetReport
 from app.screens.home.screen import HomeViewModel
 from app.screens.home.waiting_model import READ_EVERY, WaitingModel
+from app.widgets.items import Item
 from tests.support import fleet_facts
 from tests.support.clock import VirtualClock
 from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution, with_aino
@@ -62,3 +63,22 @@ def test_while_any_robot_of_a_fleet_is_shown_its_robots_are_read_again(selected,
     )
     HomeViewModel._read_mates(page)
     assert polled == asked
+
+
+@pytest.mark.parametrize(
+    ("taken_by", "text"), [("MiR 2", "MiR 2 stops where it is."), ("", "Its robot stops where it is.")]
+)
+def test_stopping_a_mission_names_the_robot_that_the_fleet_chose(taken_by, text):
+    known = fleet_facts.with_any_run()
+    run = replace(known.open[0], taken_by=taken_by)
+    key, asked = ("execution", run.id), []
+    shell = SimpleNamespace(sheets=SimpleNamespace(ask=lambda _title, text, *_rest: asked.append(text)))
+    view_model = SimpleNamespace(
+        facts=replace(known.about(fleet_facts.ANY.id), open=(run,)),
+        today=(Item(key, "Kits"),),
+        _row=lambda _key: Item(key, "Kits"),
+        _presses=SimpleNamespace(is_same=lambda _press: False),
+        _shell=shell,
+    )
+    HomeCommands.cancel(view_model, key)
+    assert asked == [text]

@@ -179,6 +179,10 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
             Concern(ConcernCode.ROBOT_OFF, details={"robot": "Veikko"}),
             "Veikko is switched off",
         ),
+        (
+            Concern(ConcernCode.NOT_CHECKED_UP, details={"fleet": "Hall 2"}),
+            "Nothing is sent until the fleet Hall 2 is checked up",
+        ),
         (Concern(ConcernCode.NO_START), "No more starts"),
         (
             Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5, 6), "all": True}),
