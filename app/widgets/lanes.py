@@ -40,8 +40,9 @@ class Lanes(Chart):
     A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, followed by the keys of the bars under it; one
     on closed time ``on_fold(hour)``; one on free time ``on_free(lane's key, hour)``; a finger that takes a
     bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is the
-    visible part after fingers have moved it; ``day_text(first)`` is above the names. In a page that scrolls,
-    ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing, and where the axis is.
+    visible part after fingers have moved it; ``day_text`` of the first hour that is not folded is above the names. In a
+    page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing, and
+    where the axis is.
     """
 
     lanes = ListProperty()
@@ -371,14 +372,17 @@ class Lanes(Chart):
             self.draw()
 
     def draw(self):
-        frame = Frame.of(
-            self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self.day_text(self.first)
-        )
+        frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self._day())
         self._drawing = Drawing(frame, self.seen_height)
         self.canvas.insert(0, self._drawing.canvas)
         self._scrolled()
-        self._drawing.name_day(self.day_text(self.first))
+        self._drawing.name_day(self._day())
         self._drawing.draw_axis(self.now, self.now_label)
+
+    def _day(self) -> str:
+        """That of the first time that is shown: a break at the left edge is not."""
+        ends = (end for start, end, _words, kind in self.bands if kind == "folded" and start <= self.first < end)
+        return self.day_text(next(ends, self.first))
 
     def _place(self, *_):
         """Hour ``first`` at the left, unless a new drawing will be made."""
@@ -389,7 +393,7 @@ class Lanes(Chart):
             self._trigger()
             return
         drawing.place(self.first)
-        drawing.name_day(self.day_text(self.first))
+        drawing.name_day(self._day())
         if not self.touched:
             drawing.draw_axis(self.now, self.now_label)
 

@@ -209,6 +209,14 @@ def test_the_day_at_the_left_edge_is_named_at_the_axis_also_while_dragging(ui):
     assert named() == [0]
 
 
+def test_the_day_after_a_break_at_the_left_edge_is_named(ui):
+    chart = ui.show(
+        Lanes(lanes=LANES, hours=6, first=20, bands=[(20, 50, "Closed", "folded")], day_text=day_of), (800, 150)
+    )
+    assert glyphs("Day 2", sp(14), "RobotoMedium") in textures(chart.canvas)
+    assert glyphs("Day 0", sp(14), "RobotoMedium") not in textures(chart.canvas)
+
+
 def test_a_long_name_of_a_day_moves_the_hours_rather_than_lie_on_them(ui):
     day = "Keskiviikko 25.11. ja vielä vähän"
     chart = ui.show(Lanes(lanes=LANES, hours=6, first=40, day_text=lambda _hour: day), (800, 150))
