@@ -7,9 +7,13 @@ from datetime import date, time
 
 import pytest
 from kivy.factory import Factory
+from kivy.metrics import sp
 
 from app.screens.scheduler.cards import FormFold, FormNote, FormSheet, FormWarning
 from app.screens.scheduler.draft import Kind
+from app.widgets.buttons import MenuChip
+from app.widgets.chart import glyphs
+from app.widgets.text import Txt
 from tests.screenshots.planning import Stand
 from tests.ui import checks, looks
 from tests.ui.planner import KITS
@@ -45,6 +49,16 @@ def test_each_tab_is_whole(ui, small):
         assert looks.scrolls(small.screen) == []
         assert looks.targets(small.screen) == []
         assert len(looks.filled(small.screen)) <= 1
+
+
+def test_the_order_of_the_schedules_is_written_out_where_there_is_room(ui):
+    with window(ui, (1280, 800), 1.0, "fi") as rig:
+        stand = Stand(rig, "scheduler")
+        stand.settle()
+        stand.screen.choose_tab("schedules")
+        stand.settle()
+        chip = ui.find(MenuChip, text="Seuraavan aloituksen mukaan")
+        assert glyphs(chip.text, sp(16), "RobotoMedium").width <= ui.find(Txt, chip).width
 
 
 @pytest.mark.long
