@@ -87,6 +87,19 @@ def test_a_fleet_is_tested_saved_and_its_robots_are_added(site, ui, added):
     ui.wait(lambda: len(fleets(site)) == 1 and len(robots(site)) == 2)
 
 
+def test_the_api_key_of_a_new_fleet_has_all_of_the_width(site, app, ui):
+    go(ui, "robots")
+    add(ui, "Add fleet")
+    sheet = ui.find(FleetSheet)
+    sheet.choose_kind(FleetKind.ENTERPRISE)
+    ui.advance(0.3)
+    key, address = sheet.ids.password_field, sheet.ids.address_field
+    assert (key.x, key.width) == (address.x, address.width)
+    sheet.choose_kind(FleetKind.CLASSIC)
+    ui.advance(0.3)
+    assert sheet.ids.username_field.width == key.width < address.width / 2
+
+
 def test_a_wrong_password_is_said_at_its_field(site, app, ui, hall):
     go(ui, "robots")
     add(ui, "Add fleet")
