@@ -280,7 +280,7 @@ def test_many_robots_are_filtered_by_a_chip_and_those_with_nothing_planned_opene
         "20 robots with nothing planned",
     ]
     ui.find(HoursPart).scroll_y = 0
-    ui.advance(0.1)
+    ui.advance(1.1)  # what has just come takes no tap until then
     ui.tap_at(*timeline.to_window(timeline.x + 300, timeline._drawing.frame.middle(3)))
     settle(screen, ui)
     assert len(timeline.lanes) == 24
