@@ -43,6 +43,7 @@ from app.mir.errors import (
     RobotError,
     Unauthorized,
     Unnumbered,
+    VehicleUnavailable,
 )
 from app.mir.target import Target
 from app.services.allocation.situation import Ineligible
@@ -497,11 +498,9 @@ class Sending:
         quiet_left = self._seen.quiet_seconds - (self._clock.monotonic() - attempt.in_doubt_since)
         is_closed = self._clock.now() >= row.closes_at
         try:
-            status = self._seen.read_status()  # never read another machine's queue as this one's
-            if is_other_machine(row, status.serial_number):
+            if self._is_other_machine(row):
                 self._give_up(row, message("the robot has been replaced by another machine"))
                 return
-            self._seen.identify()  # with other software it may answer in another way
             if found := self._duplicates.own.of(row):
                 in_doubt = max(0.0, self._clock.monotonic() - attempt.in_doubt_since)
                 self._found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
@@ -526,6 +525,20 @@ class Sending:
         else:
             self._is_not_there(row)
             self._duplicates.watch_for(row)
+
+    def _is_other_machine(self, row: Execution) -> bool:
+        """Whether another machine answers, whose queue must not be read as the robot's. A fleet that has lost contact with
+        the robot is the known fleet, and is asked if it is known how orders are recognised there. Raises RobotError."""
+        try:
+            status = self._seen.read_status()
+        except VehicleUnavailable:
+            if self._client.capabilities.find_by is not FindBy.ID and self._seen.known is None:
+                raise
+            return False
+        if is_other_machine(row, status.serial_number):
+            return True
+        self._seen.identify()  # with other software it may answer in another way
+        return False
 
     def _is_not_there(self, row: Execution) -> None:
         """Not on the robot: failed, or refused if the robot said why."""

@@ -23,6 +23,14 @@ test_clear = of_each_fleet(
     "clearing cancels the app's own orders and leaves those of others",
     [plan(window=60), 295, stranger(), 30, states(QUEUED), clear_queue(), 300, items("Done", "Aborted"), ends(CLEARED)],
 )
+test_no_contact = of_each_fleet(
+    "an order is found at the fleet, which has lost contact with the robot",
+    plan(window=3),
+    each(*([post(fate), 301] for fate in (ANSWER_LOST, ERROR_AFTER)), quick=1),
+    do(lambda s: s.fleet.cut_off({"R1"})),
+    [600, true(lambda s: s.row().state in (QUEUED, EXECUTING) and s.row().queue_id)],
+    [do(lambda s: s.fleet.cut_off(set())), 900, ends(DONE), runs(1)],
+)
 
 NO_ANSWER = 300.0 + Timeouts().read
 test_soon_certain = cases_of(
