@@ -300,6 +300,7 @@ def unfolded(studio: Any) -> Any:
 def dragged(studio: Any) -> Any:
     """A planned bar was dragged an hour and a half later: what does that mean?"""
     stand = Stand(studio, "scheduler")
+    studio.driver.advance(1.1)  # what has just come takes no finger until then
     chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Lanes")
     left, bottom, right, top, _key = max(
         (box for box in chart.boxes() if box[4][0] == "schedule" and box[2] < chart.center_x),
