@@ -25,7 +25,8 @@ from app.failures import BadInput, Failure
 from app.process.log_file import FILE_NAME as LOG_NAME
 from app.services.catalogue.database_check import find_problem
 
-_OURS = (DATABASE_NAME, "scheduler.lock")
+_LOCK = "scheduler.lock"
+_OURS = (DATABASE_NAME, _LOCK)
 _DIRECTORIES = ("backups", "before-update", "inbox", "logs", "maps")  # the second one by updates of the .deb
 
 
@@ -118,7 +119,7 @@ class AlreadyRunning(BadInput):
 class InstanceLock:
     def __init__(self, directory: Path) -> None:
         self._directory = directory
-        self.path = directory / "scheduler.lock"
+        self.path = directory / _LOCK
         self._file: IO[str] | None = None
         self.is_held_by_command = False
 
@@ -170,6 +171,20 @@ class InstanceLock:
             self._file = None
 
 
+def is_in_use(directory: Path) -> bool:
+    """Whether a process has the lock of another data directory, where nothing is changed."""
+    try:
+        file = os.fdopen(os.open(directory / _LOCK, os.O_RDWR | NO_LINK), "r+", encoding="utf-8")
+    except OSError:
+        return False
+    with file:
+        try:
+            _lock(file)
+        except OSError:
+            return True
+    return False
+
+
 if sys.platform == "win32":
     import msvcrt
 
@@ -191,7 +206,9 @@ else:
 def open_container(directory: DataDirectory, *, with_window: bool = False) -> Container:
     """Open for writing; the caller holds the lock. Raises BadInput or Failure."""
     with _failing_in_words():
-        return Container.open(directory.path, with_window=with_window)
+        container = Container.open(directory.path, with_window=with_window)
+    container.tablet.is_in_use = is_in_use
+    return container
 
 
 def open_for_reading(directory: DataDirectory) -> Database:

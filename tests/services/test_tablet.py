@@ -42,3 +42,14 @@ def test_nothing_is_sent_from_a_copy_until_it_moves_here(copied, fleet):
 def test_it_moves_without_a_running_app_too(copied, fleet):
     assert answer(copied, "--move-here") == "this machine starts the missions from now on\n"
     assert answer(copied, "--run-now", fleet.robots[0].name, "Home").strip().isdecimal()
+
+
+def test_it_does_not_move_while_an_app_runs_on_the_original(tmp_path, fleet):
+    original = tmp_path / "data"
+    prepared(original, configuration_of(fleet))
+    copy = copytree(original, tmp_path / "copy")
+    with running(original):
+        assert f"an app still runs on {original}, from which this data was copied" in refusal(copy, "--move-here")
+        with running(copy):
+            assert "an app still runs on" in refusal(copy, "--move-here")
+    assert answer(copy, "--move-here") == "this machine starts the missions from now on\n"

@@ -7,7 +7,7 @@ import logging
 import os
 import sqlite3
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -18,7 +18,7 @@ from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
 from app.domain.message import Message, message
-from app.domain.models import Execution
+from app.domain.models import Execution, InvalidInput
 from app.services.live.holds import Holds
 from app.services.live.windows import registry_value
 
@@ -79,6 +79,7 @@ class Tablet:
         self._db, self._settings = db, SettingsRepository()
         self._clock, self._holds, self._machine, self._place = clock, holds, machine, place_of(db.path.parent)
         self.move: Move | None = None
+        self.is_in_use: Callable[[Path], bool] = lambda _directory: False  # whether an app runs on a data directory
         self.has_no_network = False  # by tablet_troubles: no robot can be reached, whichever
 
     def begin(self) -> None:
@@ -111,11 +112,10 @@ class Tablet:
         why: Message = IS_COPY
         if self._settings.get(c, LOOKED_AT) == self._machine:
             why = IS_VIEW_ONLY
-        elif self._settings.get(c, MACHINE) == self._machine:
-            before = self._settings.get(c, PLACE) or self._place
+        elif original := self._original():
             why = message(
                 "this data was copied from {directory}: say whether it moves here or is only looked at",
-                directory=before["path"],
+                directory=original,
             )
         self._holds.is_copy = why if self.is_copy else None
         self._holds.announce()
@@ -126,11 +126,23 @@ class Tablet:
         home, place = self._settings.get(c, MACHINE), self._settings.get(c, PLACE)
         return None not in (home, self._machine) and (home != self._machine or not _is_same(place, self._place))
 
+    def _original(self) -> str | None:
+        """The directory on this machine from which the data were copied, or this one."""
+        c = self._db.read()
+        is_here = self._settings.get(c, MACHINE) == self._machine
+        return (self._settings.get(c, PLACE) or self._place)["path"] if is_here else None
+
     def move_here(self) -> bool:
         """The old tablet is off: its starts are looked for by its tokens, and this one makes its own tokens from now
-        on. Returns whether there was anything to decide."""
+        on. Returns whether there was anything to decide. Raises InvalidInput while an app runs on the original."""
         if not self.is_copy:
             return False
+        if (original := self._original()) and self.is_in_use(Path(original)):
+            raise InvalidInput(
+                "directory",
+                "an app still runs on {directory}, from which this data was copied: close it first",
+                directory=original,
+            )
 
         def work(c: sqlite3.Connection) -> None:
             old, now = self._settings.install_id(c), self._clock.now()
