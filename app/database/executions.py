@@ -440,6 +440,33 @@ class ExecutionRepository:
         ).fetchone()
         return found is not None
 
+    def ended_since(
+        self,
+        c: sqlite3.Connection,
+        robot_ids: Sequence[int],
+        mission_guid: str,
+        since: datetime,
+        history_limit: int | None,
+    ) -> list[Execution] | None:
+        """Those of this mission on these robots that were there, or may have been. None: the history may have dropped some."""
+        at, its = to_text(since), placeholders(robot_ids)
+        before = c.execute(
+            f"SELECT DISTINCT robot_id FROM executions WHERE robot_id IN ({its}) AND {_RUN} AND ended_at < ?",
+            (*robot_ids, at),
+        ).fetchall()  # the oldest of a robot are dropped first
+        if history_limit is not None and len(before) < len(robot_ids):
+            kept = c.execute(f"SELECT coalesce(sum(number), 0) FROM ended_days WHERE {_RUN}").fetchone()[0]
+            if kept >= history_limit:
+                return None
+        return self._list(
+            c,
+            f"""WHERE robot_id IN ({its}) AND mission_guid = ? AND ended_at >= ? AND {_RUN}
+                AND (submitted_at IS NOT NULL OR reason_code = 'unknown_outcome')""",
+            *robot_ids,
+            mission_guid,
+            at,
+        )
+
     # ------------------------------------------------------------------ history
     def page(
         self, c: sqlite3.Connection, wanted: ExecutionFilter, before: PageKey | None, limit: int

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
 from app.domain.capabilities import Capabilities, FindBy
@@ -184,7 +185,7 @@ class ClassicVehicle(ClassicRequests):
         self._followed.add(number)
         return number
 
-    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
+    def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
         """Needs nothing: its orders are numbered."""
 
     def ended_shown_for(self, enough: float) -> float:

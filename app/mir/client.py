@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Collection, Mapping
+from datetime import datetime
 from typing import Any, TypeVar
 
 from app.domain.capabilities import OF_A_ROBOT, Capabilities
@@ -111,7 +112,7 @@ class RobotClient(VerifiedRequests):
         except (Unreadable, NotAMir):
             raise Unnumbered(address=self.address.netloc) from None
 
-    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
+    def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
         """Needs nothing: its orders are numbered."""
 
     def ended_shown_for(self, enough: float) -> float:

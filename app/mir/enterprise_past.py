@@ -4,7 +4,7 @@ if the app has seen what there was before it, and no other could be meant."""
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import NamedTuple
 
@@ -18,6 +18,7 @@ from app.mir.fleet_connection import FRESH, Notes
 
 MOST_REMEMBERED = 500  # orders
 LISTED_FOR = 3000.0  # s after it was sent in which it is listed for certain: those that ended within the hour are
+MAY_WAIT = 86400.0  # s for which another order of the app may have waited before it ran
 CLOCK_STEPS = timedelta(minutes=2)  # of the fleet, that a search allows for
 SEARCHED = (
     timedelta(hours=1),
@@ -30,13 +31,16 @@ _KEYS = ("api-key-guid", "api-key-name")
 
 class Sent(NamedTuple):
     """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent; None: an earlier run of the
-    app has sent it. ``at``: when that was, in seconds, and ``date`` by the fleet, if it says so."""
+    app has sent it. ``at``: when that was, in seconds, and ``date`` by the fleet or the tablet, if known. ``key``: what lists
+    called the app's key then, "" for not known. ``is_taken``: the fleet has it for certain."""
 
     mission: str
     vehicle: str
     before: frozenset[str] | None
     at: float
     date: datetime | None = None
+    key: str = ""
+    is_taken: bool = False
 
 
 class PastOrders:
@@ -67,11 +71,15 @@ class PastOrders:
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
         before = frozenset(_id(row) for row in self.rows(0.0))
-        self._note(token, Sent(mission, vehicle, before, self._clock(), self._notes.time))
+        self._note(token, Sent(mission, vehicle, before, self._clock(), self._notes.time, self._own_key))
 
-    def note_earlier(self, token: str, mission: str, vehicle: str, ago: float) -> None:
-        """An earlier run of the app has sent this order, at most so many seconds ago."""
-        self._note(token, Sent(mission, vehicle, None, self._clock() - ago))
+    def note_earlier(self, token: str, mission: str, vehicle: str, ago: float, date: datetime) -> None:
+        """An earlier run of the app has sent this order, at most so many seconds ago, at ``date`` by the tablet."""
+        self._note(token, Sent(mission, vehicle, None, self._clock() - ago, date, self._own_key))
+
+    @property
+    def _own_key(self) -> str:
+        return self._notes.own_keys.get(self._token, "")
 
     def _note(self, token: str, new: Sent) -> None:
         sent = self._notes.sent
@@ -79,8 +87,14 @@ class PastOrders:
         for old in list(sent)[:-MOST_REMEMBERED]:
             sent.pop(old, None)
 
+    def took(self, token: str) -> None:
+        """The fleet has this order."""
+        if (sent := self._notes.sent.get(token)) is not None and not sent.is_taken:
+            self._notes.sent[token] = sent._replace(is_taken=True)
+
     def saw(self, token: str, event: parse.Object) -> None:
         """It is active. Once it runs, it is the order that its robot runs."""
+        self.took(token)
         if token in self._notes.phases or words.state_of(event.get("state")) is not QueueState.EXECUTING:
             return
         running = [
@@ -119,9 +133,9 @@ class PastOrders:
                 break
         return longest
 
-    def find(self, token: str, vehicle: str) -> parse.Object | None:
-        """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. Raises
-        Ambiguous if several may be meant."""
+    def find(self, token: str, vehicle: str, active: Collection[str] = ()) -> parse.Object | None:
+        """One that is not active. None: it is not there. ``vehicle``: of the robot that asks, "" for any. ``active``: tokens
+        of others. Raises Ambiguous if several may be meant."""
         rows, known, sent = {_id(row): row for row in self.rows()}, self._notes.phases, self._notes.sent.get(token)
         since = self._since(sent) if sent is not None else None
         if known.get(token) not in rows and sent is not None and self._clock() - sent.at > LISTED_FOR:
@@ -130,27 +144,41 @@ class PastOrders:
             rows |= {_id(row): row for row in self._ask_since(since)}
         if token in known:
             return rows.get(known[token])
-        others = {phase for of, phase in list(known.items()) if of != token}
-        own = self._notes.own_keys.get(self._token, "")
-        free = {key: row for key, row in rows.items() if key not in others and _may_be(row, sent, key, vehicle, own)}
+        others, own = {phase for of, phase in list(known.items()) if of != token}, sent.key if sent else self._own_key
+        earliest = since if sent is not None and sent.before is None else None
+        free = {
+            key: row
+            for key, row in rows.items()
+            if key not in others and _may_be(row, sent, key, vehicle, own) and not _is_made_before(row, earliest)
+        }
         if not free:
             return None
-        newer = free
-        if sent is not None and sent.before is None:
-            newer = {key: row for key, row in free.items() if since is not None and _is_made_since(row, since)}
-        if sent is None or len(newer) != 1:
+        ((phase_id, row), *more) = free.items()
+        rivals = [] if sent is None else self._rivals(token, sent, () if _runs(row) else active)
+        if sent is None or more or (since is None and sent.before is None) or _is_meant_by_one(rivals, sent):
             raise Ambiguous(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
-        ((phase_id, row),) = newer.items()
         if not own or _key(row) != own:
             raise Ambiguous(problem=message("whether an ended order is the app's can't be told"))
-        self.remember(token, phase_id)
+        if not rivals:
+            self.remember(token, phase_id)
         return row
 
+    def _rivals(self, token: str, sent: Sent, active: Collection[str]) -> list[Sent]:
+        """Other orders of the app to which an order that could be this one's may belong as well."""
+        return [
+            other
+            for of, other in list(self._notes.sent.items())
+            if of not in (token, *active)
+            and of not in self._notes.phases
+            and other.mission == sent.mission
+            and (not other.vehicle or not sent.vehicle or other.vehicle == sent.vehicle)
+            and other.at > sent.at - MAY_WAIT
+        ]
+
     def _since(self, sent: Sent) -> datetime | None:
-        """The fleet's time before which it was certainly not sent, unless a clock was set since. None: not known."""
+        """The fleet's time before which it was certainly not sent: the earlier one of what two clocks say. None: not known."""
         now = self._notes.time
-        date = sent.date or (now and now - timedelta(seconds=self._clock() - sent.at))
-        return date and date - CLOCK_STEPS
+        return now and min(sent.date or now, now - timedelta(seconds=self._clock() - sent.at)) - CLOCK_STEPS
 
     def key_of(self, mission: str, vehicle: str) -> str | None:
         """What lists call the app's key, by the order that it has just made. None: not certain."""
@@ -163,6 +191,20 @@ class PastOrders:
 def _is_made_since(row: Mapping[str, object], since: datetime) -> bool:
     made = parse.instant(row.get("order-created"))
     return made is not None and made.replace(tzinfo=UTC) >= since
+
+
+def _is_made_before(row: Mapping[str, object], since: datetime | None) -> bool:
+    made = parse.instant(row.get("order-created"))
+    return since is not None and made is not None and made.replace(tzinfo=UTC) < since
+
+
+def _runs(row: Mapping[str, object]) -> bool:
+    return words.state_of(row.get("order-status")) is QueueState.EXECUTING
+
+
+def _is_meant_by_one(rivals: Sequence[Sent], sent: Sent) -> bool:
+    """Whether the only order that could be this one's may be a rival's: one that was taken is there for certain."""
+    return any(rival.is_taken or not sent.is_taken for rival in rivals)
 
 
 def _id(row: Mapping[str, object]) -> str:

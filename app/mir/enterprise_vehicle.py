@@ -206,6 +206,7 @@ class EnterpriseVehicle(EnterpriseRequests):
                 self._shown(description, NotShownYet)
         finally:
             self._connection.forget("active", "orders")
+        self._past.took(description)
         return words.number_of(description)
 
     def _shown(self, token: str, error: type[RobotError]) -> QueueItem:
@@ -268,11 +269,11 @@ class EnterpriseVehicle(EnterpriseRequests):
         )
 
     def _find_by_facts(self, token: str) -> QueueItem | None:
-        event = next((event for event in self._active() if event.get("serial-order-id") == token), None)
-        if event is not None:
+        active = {event["serial-order-id"]: event for event in self._active()}
+        if (event := active.get(token)) is not None:
             self._past.saw(token, event)
             return words.item_of_event(event)
-        order = self._past.find(token, "" if self._is_any else self.vehicle)
+        order = self._past.find(token, "" if self._is_any else self.vehicle, active)
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
     def _ask_past(self, since: datetime | None = None) -> list[parse.Object]:
@@ -289,8 +290,8 @@ class EnterpriseVehicle(EnterpriseRequests):
             self._past.remember(token, phase_id)
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
-    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
-        self._past.note_earlier(token, mission_guid, "" if self._is_any else self.vehicle, ago)
+    def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
+        self._past.note_earlier(token, mission_guid, "" if self._is_any else self.vehicle, ago, date)
 
     def own_key(self, mission_guid: str) -> str | None:
         """What lists of orders call the app's key, by the order for this robot that it has just made and deleted."""

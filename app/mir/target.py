@@ -10,6 +10,7 @@ may have done. Calls that change something are never repeated by a target.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
+from datetime import datetime
 from typing import Any, Protocol
 
 from app.domain.capabilities import Capabilities
@@ -88,8 +89,8 @@ class Target(Protocol):
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """Raises Rejected with status 404 when there is no such order (any more)."""
 
-    def note_sent(self, token: str, mission_guid: str, ago: float) -> None:
-        """An earlier run of the app has sent this order, at most so many seconds ago: needed by a target that does not
+    def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
+        """An earlier run of the app has sent this order, at most so many seconds ago, at ``date``: needed by a target that does not
         show tokens of those that have ended."""
 
     def ended_shown_for(self, enough: float) -> float:

@@ -39,6 +39,8 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
     if not is_one_of_many:
         check_is_no_other(edit, fleet, stored)
     token = token_for_fleet(fleet, password, stored)
+    if fleet.profile is not None and stored is not None and token != stored.token:  # orders show another key
+        fleet = replace(fleet, profile=replace(fleet.profile, own_key=None))
     was_waiting = password is not None and stored is not None and stored.needs_password
     enabled = token is not None and (fleet.enabled or was_waiting)
     return _put(edit, replace(fleet, token=token, needs_password=token is None, enabled=enabled), stored)

@@ -71,6 +71,12 @@ class Ledger:
         wanted = ExecutionFilter(robot_ids=[robot_id], start=start, end=end)
         return [row for row in self._executions.stream(self._db.read(), wanted) if row.robot_id == robot_id]
 
+    def ended_since(self, robot_ids: Sequence[int], mission_guid: str, since: datetime) -> list[Execution] | None:
+        """Those of this mission that these robots may have had. None: the history may have dropped some."""
+        c = self._db.read()
+        limit = self._settings.load(c).history_limit
+        return self._executions.ended_since(c, robot_ids, mission_guid, since, limit)
+
     # ------------------------------------------------------------------ new rows
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
         """Write a new row; None if its token is already in the ledger. ``instead_of`` is not sent again: raises

@@ -59,7 +59,6 @@ from app.services.executions.wanted import Verdict
 
 log = logging.getLogger(__name__)
 
-SENT_LATE_AT_MOST = timedelta(days=1)  # after it was planned
 SENT_TOGETHER = timedelta(minutes=5)  # of two starts: clocks can't be trusted to tell which was first
 STARTED_TOGETHER = 8  # that wait for one robot, with one write; all are looked for should the app be killed then
 
@@ -101,19 +100,27 @@ class Sending:
         self._duplicates.watch_again()
 
     def _note_sent(self, row: Execution) -> None:
-        """So that it can be found by what it is, unless another start of the same mission may be meant."""
-        now, sent_at = self._clock.now(), row.submitted_at or row.planned_at
-        robots = self._s.robots.all(self._s.db.read())
-        fleet = self._seen.robot.fleet
-        others = [
-            other
-            for robot in robots
-            if robot.id == self._robot_id or (fleet and robot.fleet and robot.fleet.id == fleet.id)
-            for other in self._ledger.planned_between(robot.id, sent_at - SENT_LATE_AT_MOST, now)
-            if other.id != row.id and other.mission_guid == row.mission_guid and other.attempts
-        ]
-        if all(other.submitted_at and other.submitted_at < sent_at - SENT_TOGETHER for other in others):
-            self._client.note_sent(row.token, row.mission_guid, max(0.0, (now - sent_at).total_seconds()))
+        """So that it can be found by what it is, and no other's order is taken for it. Nothing is noted if that may be one
+        that another robot of the fleet has run."""
+        robot, now, sent_at = self._seen.robot, self._clock.now(), _sent_at(row)
+        if (
+            self._client.capabilities.find_by is not FindBy.ID or now < sent_at
+        ):  # a clock that was set back tells nothing
+            return
+        robots = [each for each in self._s.robots.all(self._s.db.read()) if each.fleet_id == robot.fleet_id]
+        ids = [each.id for each in robots if each.id == robot.id or each.is_any or robot.is_any]
+        ended = self._ledger.ended_since(ids, row.mission_guid, sent_at - SENT_TOGETHER)
+        is_open = (
+            other.mission_guid == row.mission_guid
+            for id_ in ids
+            if id_ != robot.id
+            for other in self._ledger.open_for(id_, (State.SUBMITTING, *WITH_THE_ROBOT))
+        )
+        if ended is None or any(other.robot_id != robot.id for other in ended) or any(is_open):
+            return
+        for each in (*ended, row):
+            date = _sent_at(each)
+            self._client.note_sent(each.token, each.mission_guid, max(0.0, (now - date).total_seconds()), date)
 
     def take_over(self, intent: Execution, plan_version: int) -> None:
         """Send it at its instant. One that came after it was looked for is not sent."""
@@ -574,3 +581,8 @@ class Sending:
 def _is_own(row: Execution, verdict: Verdict) -> bool:
     """Whether it waits for this robot, and for no other."""
     return not may_change_robot(row) and "robot_id" not in (verdict.columns or {})
+
+
+def _sent_at(row: Execution) -> datetime:
+    """When its first attempt was, at the earliest."""
+    return (row.begun_at if row.attempts == 1 else None) or row.planned_at

@@ -1,0 +1,171 @@
+"""Fleet Enterprise before 1.5: an order that has ended is known only by what it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import timedelta
+
+import pytest
+
+from app.domain.models import ReasonCode, Schedule, State, Trigger
+from app.services.robots.fleets import Fleets
+from tests.support.network import Fate
+from tests.support.site import FLEET, Site
+
+pytestmark = pytest.mark.long
+KEYS = {"the same key": "mir_scheduler", "another key": "mir_other"}
+
+
+@pytest.fixture
+def furnished(tmp_path, monkeypatch):
+    """A fleet that forgets the ids of ended orders, and so many of its robots. When it is asked who it is, a test says."""
+    monkeypatch.setattr(Fleets, "tick", lambda _self: None)
+    sites = []
+
+    def furnish(robots: int = 1):
+        site = Site(tmp_path, target="enterprise", robots=robots)
+        site.fleet.knobs = replace(site.fleet.knobs, version="1.4.2", ids_kept=0.0)
+        sites.append(site)
+        found = site.add_robots()
+        site.add_mission()
+        site.run(10)
+        return site, *found
+
+    yield furnish
+    for site in sites:
+        site.switch_off()
+
+
+def planned(site, robot, minutes=2):
+    start = (site.clock.now() + timedelta(minutes=minutes)).replace(tzinfo=None, second=0, microsecond=0)
+    own = {"respect_working_days": False, "start_window_minutes": 600}
+    new = Schedule(robot.name, robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **own)
+    return site.container.catalogue.save_schedule(new)
+
+
+def ran(site, robot, mission=1):
+    row = site.container.operator.run_now(robot.id, mission)
+    site.run_until(lambda: not site.container.ledger.get(row.id).state.is_open)
+    assert site.container.ledger.get(row.id).state is State.COMPLETED
+
+
+def kill_while_it_is_sent(site, off):
+    site.run_until(lambda: any(row.state is State.SUBMITTING for row in site.executions()))
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(off)
+    site.switch_on()
+    site.run(400)
+
+
+def without_link(site, seconds):
+    site.network.down.update([*site.machines, FLEET])
+    site.run(seconds)
+    site.network.down.clear()
+
+
+@pytest.mark.parametrize("key", KEYS.values(), ids=KEYS)
+def test_a_start_whose_order_ended_unseen_is_not_sent_twice_after_the_key_was_replaced(furnished, key):
+    """The check-up has noted what lists called the old key."""
+    site, robot = furnished()
+    ran(site, robot)
+    site.container.catalogue.save_fleet(site.container.catalogue.fleets()[0], password=key)
+    site.container.fleets._identify_all(site.container.catalogue.fleets())
+    site.run(120)
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.queue("R1")) == 2)
+    without_link(site, 120)
+    site.run(600)
+    assert len(site.queue("R1")) == 2
+
+
+def test_an_order_of_the_old_key_is_not_taken_for_another_clients_once_the_new_key_has_run_one(furnished):
+    """The key is replaced while an order of before the app was killed is looked for."""
+    site, robot = furnished()
+    site.container.catalogue.change_settings(unknown_outcome_quiet_seconds=300)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: len(site.queue("R1")) == 1)
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(120)
+    site.network.down.update([*site.machines, FLEET])
+    site.switch_on()
+    site.container.catalogue.save_fleet(site.container.catalogue.fleets()[0], password=KEYS["another key"])
+    site.run(30)
+    site.network.down.clear()
+    site.container.fleets._identify_all(site.container.catalogue.fleets())
+    site.add_mission("Home")
+    site.container.operator.run_now(robot.id, 2)
+    site.run(600)
+    assert len(site.queue("R1")) == 2
+
+
+def test_of_two_starts_of_one_mission_only_the_one_that_ran_is_completed(furnished):
+    """The first is accepted and waits, the request of the second is lost; no link until the first has ended."""
+    site, robot = furnished()
+    site.stranger_queues("Home")
+    site.run(2)
+    first = site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: site.container.ledger.get(first.id).state is State.QUEUED)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    second = site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: site.container.ledger.get(second.id).state is State.SUBMITTING)
+    without_link(site, 400)
+    site.run(900)
+    rows = [site.container.ledger.get(row.id) for row in (first, second)]
+    assert [row.state for row in rows] == [State.COMPLETED, State.FAILED]
+    assert rows[1].reason.code is ReasonCode.UNKNOWN_OUTCOME
+
+
+def test_what_was_lost_before_the_app_was_killed_is_sent_again_though_the_mission_ran_long_before(furnished):
+    site, robot = furnished()
+    ran(site, robot)
+    site.run(1200)
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    kill_while_it_is_sent(site, 60)
+    assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED] * 2, 2)
+
+
+def test_what_was_sent_is_found_though_the_clock_was_set_back_before_the_app_came_back(furnished):
+    site, robot = furnished()
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.queue("R1")) == 1)
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(1800)
+    site.clock.step(-1200)
+    site.switch_on()
+    site.run(600)
+    assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
+
+
+def test_a_start_for_another_robot_does_not_hide_the_order_of_this_one(furnished):
+    """Both start the same mission when the app is killed."""
+    site, first, second = furnished(2)
+    planned(site, first)
+    planned(site, second)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST, robot="R1")
+    site.run_until(lambda: len(site.queue("R1")) == 1)
+    kill_while_it_is_sent(site, 300)
+    assert [(row.state, len(site.queue(row.robot))) for row in site.executions()] == [(State.COMPLETED, 1)] * 2
+
+
+@pytest.mark.parametrize("limit", [None, 1], ids=["history of all", "history of one row"])
+def test_another_start_that_has_ended_is_not_taken_for_one_that_was_lost(furnished, limit):
+    """The same mission ran a minute before on that robot, and another robot ran something since."""
+    site, first, second = furnished(2)
+    site.container.catalogue.change_settings(history_limit=limit)
+    plan = planned(site, first, 6)
+    site.run_until(lambda: site.clock.now().replace(tzinfo=None) >= plan.start - timedelta(seconds=110))
+    site.add_mission("Home")
+    ran(site, first)
+    ran(site, second, 2)
+    site.container.ledger.prune(lambda: True)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    kill_while_it_is_sent(site, 60)
+    (lost,) = [row for row in site.executions() if row.trigger is Trigger.SCHEDULED]
+    assert (lost.state, lost.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
