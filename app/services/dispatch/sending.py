@@ -477,9 +477,11 @@ class Sending:
 
     # ------------------------------------------------------------------ in doubt
     def _mark_in_doubt(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
-        """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once."""
+        """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once, one that is
+        found by its id, without a search, soon."""
         mono = self._clock.monotonic() + ahead
-        wake_at = mono if is_taken else mono + RECONCILE_EVERY
+        by_id = self._client.capabilities.find_by is FindBy.ID
+        wake_at = mono if is_taken else mono + (RECONCILE_EVERY / 2 if by_id else RECONCILE_EVERY)
         before = self.attempts.get(row.id)
         sent_since = before and before.sent_since  # the tablet may have slept during the request
         since = (row.begun_at or row.planned_at) if ahead else sent_since or self._clock.now()
