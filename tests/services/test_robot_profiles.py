@@ -66,7 +66,7 @@ ONE, TAKEN = [ends(DONE), runs(1), not_raised()], until(lambda s: s.executions(Q
 FORGETS, SEEN = "forgets-descriptions", do(lambda s: s.noted.append(requests(s)))
 NOT_FOUND_AT_ALL = do(
     lambda s: setattr(
-        s.network, "as_answered", lambda _robot, path, body: b"[]" if path.startswith("/mission_q") else body
+        s.network, "as_answered", lambda _robot, path, body, _machine: b"[]" if path.startswith("/mission_q") else body
     )
 )
 DOUBLED = do(lambda s: s.stranger_queues(description=s.row().token, user=USER))
