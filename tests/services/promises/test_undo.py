@@ -177,7 +177,7 @@ test_a_deletion_undone_of_a_group = cases_of(
         "a start that a deleted robot may have goes to no other by the undo of another deletion",
         plan(window=60),
         each(post(ANSWER_LOST), post(LATE, 30.0)),
-        [until(lambda s: s.network.posts()), 1, states(SUBMITTING)],
+        [until(lambda s: s.network.posts()), 0.5, states(SUBMITTING)],
         each(delete(), delete("mission"), delete("group")),
         [delete("robot"), 1, undo(0), 500, true(lambda s: len(s.network.posts()) == 1)],
         on="group",
