@@ -10,7 +10,7 @@ from app.domain.robot import FleetIdentity
 from app.mir import fleet_vocabulary, parse
 from app.mir.address import Address
 from app.mir.credentials import Token
-from app.mir.errors import AnotherFleet, NotAMir, Rejected
+from app.mir.errors import AnotherFleet, NotAMir, Rejected, Unreadable
 from app.mir.fleet_connection import FleetConnection
 from app.mir.rest import again_if_stale
 from app.mir.stored_data import LARGEST_MISSIONS, StoredData
@@ -66,6 +66,8 @@ class ClassicRequests(StoredData):
         try:
             found = self._get("/users/me", lambda found: parse.single(found, message("the user")))
         except Rejected:
+            if self.fleet_identity:  # the known one told it: it boots, perhaps, which is no proof of another fleet
+                raise Unreadable(problem=message("{what} is no JSON object", what=message("the user"))) from None
             self._request("GET", ORDERS, query={"limit": "1"})  # needs credentials as well
             return "", ""
         return clean(found.get("guid"), 80), clean(found.get("name"), 80)

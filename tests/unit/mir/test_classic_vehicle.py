@@ -11,6 +11,7 @@ from app.domain.capabilities import FindBy
 from app.domain.check_up import RobotProfile
 from app.domain.models import ANY_VEHICLE
 from app.domain.robot import QueueState, RobotState
+from app.mir.classic_requests import ClassicRequests
 from app.mir.classic_vehicle import VERIFIED_FOR, ClassicVehicle
 from app.mir.errors import (
     AnotherFleet,
@@ -20,6 +21,7 @@ from app.mir.errors import (
     NotAMir,
     Rejected,
     RobotError,
+    Unreadable,
     VehicleUnavailable,
 )
 from app.mir.fleet_connection import FleetConnection
@@ -188,6 +190,19 @@ def test_another_fleet_at_the_address_gets_no_order(hall: Hall) -> None:
             target.enqueue(GUIDS["Home"], description=token())
         assert problem.value.delivery is Delivery.NOT_SENT
     assert hall.vehicle().highest_queue_id() is None
+
+
+def test_a_fleet_that_does_not_say_who_the_user_is_is_no_other_one(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+    aino, get = hall.vehicle(fleet_identity="own user"), ClassicRequests._get
+
+    def boots(self: ClassicRequests, path: str, *rest: Any, **options: Any) -> Any:
+        if path == "/users/me":
+            raise Rejected(address="fleet", status=404, reason="Not found")
+        return get(self, path, *rest, **options)
+
+    monkeypatch.setattr(ClassicRequests, "_get", boots)
+    with pytest.raises(Unreadable):
+        aino.status()
 
 
 def test_another_fleet_is_noticed_soon_after_the_known_one_answered(
