@@ -178,6 +178,23 @@ def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site
     assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
 
 
+def begin_numbers_again(site):
+    """The fleet has lost all of its orders."""
+    site.fleet.book._orders.clear()
+    site.fleet.book._last_number = 0
+
+
+def is_sent_again_though_a_person_queues_the_same(site):
+    """The third request to R1 after one that was lost."""
+    site.run(200)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    site.network.submitted = lambda _one: site.stranger_queues(user=USER)
+    site.container.operator.run_now(1, 1)
+    site.run(300)
+    assert [alarm.code for alarm in site.container.alarms.open()] == []
+    assert len(site.network.posts("R1")) == 3
+
+
 def completed(site, robot_id):
     """A start of a person's, to its end."""
     row = site.container.operator.run_now(robot_id, 1)
@@ -195,8 +212,7 @@ def test_an_earlier_start_with_the_same_number_does_not_hide_an_order(site):
     site.run(10)
     for _ in range(3):
         completed(site, 1)
-    site.fleet.book._orders.clear()
-    site.fleet.book._last_number = 0
+    begin_numbers_again(site)
     site.run(600)
     completed(site, 1)
     site.run(600)
@@ -213,17 +229,10 @@ def test_the_last_order_of_the_robot_itself_shows_whether_tokens_come_back(site)
     site.fleet.book._last_number = 50
     site.run(30)
     completed(site, 2)
-    site.fleet.book._orders.clear()
-    site.fleet.book._last_number = 0
+    begin_numbers_again(site)
     site.run(120)
     completed(site, 1)
-    site.run(200)
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.network.submitted = lambda _one: site.stranger_queues(user=USER)
-    site.container.operator.run_now(1, 1)
-    site.run(300)
-    assert [alarm.code for alarm in site.container.alarms.open()] == []
-    assert len(site.network.posts("R1")) == 3
+    is_sent_again_though_a_person_queues_the_same(site)
 
 
 def test_a_number_that_was_given_again_shows_nothing_about_tokens(site):
@@ -232,18 +241,11 @@ def test_a_number_that_was_given_again_shows_nothing_about_tokens(site):
     site.add_mission()
     site.run(10)
     completed(site, 1)
-    site.fleet.book._orders.clear()
-    site.fleet.book._last_number = 0
+    begin_numbers_again(site)
     site.run(120)
     for _ in range(2):
         completed(site, 2)
-    site.run(200)
-    site.network.next("POST", "/mission_queue", Fate.LOST)
-    site.network.submitted = lambda _one: site.stranger_queues(user=USER)
-    site.container.operator.run_now(1, 1)
-    site.run(300)
-    assert [alarm.code for alarm in site.container.alarms.open()] == []
-    assert len(site.network.posts("R1")) == 3
+    is_sent_again_though_a_person_queues_the_same(site)
 
 
 def test_an_earlier_order_that_can_be_read_in_lists_only_keeps_no_start_back(site):

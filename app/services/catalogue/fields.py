@@ -218,10 +218,7 @@ IDLE: Fields = (
     Field("after_minutes", Number(5, 30)),
     Field("enabled", checks.flag, label=message("In use")),
 )
-FLEET: Fields = (
-    Field("name", checks.name, required="yes"),
-    Field("address", checks.address, parse=checks.text, required="new", label=message("Address")),
-    Field("kind", choice(*FleetKind), label=message("Kind")),
+ACCESS: Fields = (
     Field("username", checks.username, label=message("User")),
     Field("password", optional(checks.password), "", special=True, label=message("Password")),
     Field("enabled", checks.flag, label=message("In use")),
@@ -233,19 +230,16 @@ FLEET: Fields = (
         label=message("Certificate fingerprint (SHA-256)"),
     ),
 )
+FLEET: Fields = (
+    Field("name", checks.name, required="yes"),
+    Field("address", checks.address, parse=checks.text, required="new", label=message("Address")),
+    Field("kind", choice(*FleetKind), label=message("Kind")),
+    *ACCESS,
+)
 ROBOT: Fields = (
     Field("name", checks.name, required="yes"),
     Field("address", checks.address, parse=checks.text, required="new", label=message("Address")),
-    Field("username", checks.username, label=message("User")),
-    Field("password", optional(checks.password), "", special=True, label=message("Password")),
-    Field("enabled", checks.flag, label=message("In use")),
-    Field(
-        "certificate_sha256",
-        checks.fingerprint,
-        parse=optional(checks.fingerprint_text),
-        omit=None,
-        label=message("Certificate fingerprint (SHA-256)"),
-    ),
+    *ACCESS,
     Field(
         "idle", optional(lambda value, path: read_object(path, value, IDLE)), special=True, label=message("When idle")
     ),

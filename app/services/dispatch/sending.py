@@ -103,9 +103,9 @@ class Sending:
         """So that it can be found by what it is, and no other's order is taken for it. Nothing is noted if that may be one
         that another robot of the fleet has run."""
         robot, now, sent_at = self._seen.robot, self._clock.now(), _sent_at(row)
-        if (
-            self._client.capabilities.find_by is not FindBy.ID or now < sent_at
-        ):  # a clock that was set back tells nothing
+        if self._client.capabilities.find_by is not FindBy.ID:
+            return
+        if now < sent_at:  # by a clock that was set back
             return
         robots = [each for each in self._s.robots.all(self._s.db.read()) if each.fleet_id == robot.fleet_id]
         ids = [each.id for each in robots if each.id == robot.id or each.is_any or robot.is_any]
