@@ -123,8 +123,9 @@ def test_nothing_waits_for_a_systemd_that_takes_no_message(systemd):
         began = time.monotonic()
         notify("READY=1")
         assert time.monotonic() - began < TAKEN_WITHIN / 2
-        drain(systemd)
-        wait_for(lambda: hears(systemd) == "READY=1", what="the message, once there is room")
+        while (said := hears(systemd)) == "x":  # makes room
+            pass
+        assert said == "READY=1"
 
 
 def test_a_window_that_hangs_ends_the_feeding(systemd, monkeypatch):
