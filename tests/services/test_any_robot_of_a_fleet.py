@@ -255,7 +255,7 @@ def test_what_another_user_cancels_at_the_fleet_is_cancelled_before_it_began(sit
         ("own user", ANY_VEHICLE, True, True),
         (None, ANY_VEHICLE, True, False),
         (None, "1", True, True),
-        (None, "1", False, False),
+        pytest.param(None, "1", False, False, marks=pytest.mark.long),
         ("own user", "1", False, True),
     ],
 )
@@ -277,7 +277,7 @@ def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehi
         assert said.startswith(
             "Another fleet with the user distributor could get it: give the app a user of its own at Fleet, waits"
         )
-        site.run(3600)
+        site.run_until(lambda: site.executions()[0].reason is not None)
         assert sentence(site.executions()[0].reason, "UTC").endswith(
             "no user of its own at the fleet Fleet, so another could get it"
         )
@@ -471,15 +471,16 @@ def lost_until_it_has_ended(site, robot, fate):
     return ended(site, row)
 
 
+@pytest.mark.long
 def test_the_age_of_a_start_after_a_kill_counts_from_its_attempt(tmp_path):
-    """It was held for two hours, and lost a moment before the app was killed."""
+    """It was held for more than an hour, and lost a moment before the app was killed."""
     site = Site(tmp_path, target="enterprise")
     (robot,) = site.add_robots()
     site.add_mission()
     site.run(10)
     planned(site, robot, 600)
     site.container.holds.hold("a person")
-    site.run(7200)
+    site.run(3900)
     site.container.holds.release()
     site.network.next("POST", "/mission_queue", Fate.LOST)
     site.run_until(lambda: site.executions()[0].state is State.SUBMITTING)

@@ -235,6 +235,7 @@ def test_the_last_order_of_the_robot_itself_shows_whether_tokens_come_back(site)
     is_sent_again_though_a_person_queues_the_same(site)
 
 
+@pytest.mark.long
 def test_a_number_that_was_given_again_shows_nothing_about_tokens(site):
     """The robot's last order is of before the fleet began its numbers again, the other robot's of afterwards."""
     site.add_robots()

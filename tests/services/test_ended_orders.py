@@ -12,7 +12,6 @@ from app.services.robots.fleets import Fleets
 from tests.support.network import Fate
 from tests.support.site import FLEET, Site
 
-pytestmark = pytest.mark.long
 KEYS = {"the same key": "mir_scheduler", "another key": "mir_other"}
 
 
@@ -80,6 +79,7 @@ def test_a_start_whose_order_ended_unseen_is_not_sent_twice_after_the_key_was_re
     assert len(site.queue("R1")) == 2
 
 
+@pytest.mark.long
 def test_an_order_of_the_old_key_is_not_taken_for_another_clients_once_the_new_key_has_run_one(furnished):
     """The key is replaced while an order of before the app was killed is looked for."""
     site, robot = furnished()
@@ -129,6 +129,7 @@ def test_what_was_lost_before_the_app_was_killed_is_sent_again_though_the_missio
     assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED] * 2, 2)
 
 
+@pytest.mark.long
 def test_what_was_sent_is_found_though_the_clock_was_set_back_before_the_app_came_back(furnished):
     site, robot = furnished()
     planned(site, robot)
@@ -143,6 +144,7 @@ def test_what_was_sent_is_found_though_the_clock_was_set_back_before_the_app_cam
     assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
 
 
+@pytest.mark.long
 def test_a_start_for_another_robot_does_not_hide_the_order_of_this_one(furnished):
     """Both start the same mission when the app is killed."""
     site, first, second = furnished(2)
@@ -154,6 +156,7 @@ def test_a_start_for_another_robot_does_not_hide_the_order_of_this_one(furnished
     assert [(row.state, len(site.queue(row.robot))) for row in site.executions()] == [(State.COMPLETED, 1)] * 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("limit", [None, 1], ids=["history of all", "history of one row"])
 def test_another_start_that_has_ended_is_not_taken_for_one_that_was_lost(furnished, limit):
     """The same mission ran a minute before on that robot, and another robot ran something since."""

@@ -12,7 +12,7 @@ from app.database.settings import SettingsRepository
 from tests.support.process import answer, configuration_of, prepared, refusal, running
 
 
-@pytest.fixture(params=["another tablet", "here"])
+@pytest.fixture(params=[pytest.param("another tablet", marks=pytest.mark.long), "here"])
 def copied(request, tmp_path, fleet) -> Path:
     """A data directory that lives on another machine, or in another place on this one."""
     data = tmp_path / "data"

@@ -245,6 +245,7 @@ def test_a_start_falls_due_when_the_clock_is_set_past_it_and_when_it_shows_that_
     assert shown == [[50.0], [100.0, 300.0], [150.0, 500.0]]
 
 
+@pytest.mark.long
 def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(tmp_path):
     world = World(tmp_path, 3, STILL.with_groups().only(site=PLACE | {"robots": 3, "with_window": False}))
     world.site.run(30.0)

@@ -318,6 +318,7 @@ def posts_of_group(story, limit):
 @FEW
 @example(story=[(9, "off", 3), (9, "nearly empty", 1), (1, "nearly empty", 2)])
 @example(story=[(12, "removed and put back", 1), (3, "off", 2), (1, "restart", 1)])
+@pytest.mark.long
 @given(
     story=st.lists(st.tuples(st.integers(1, 9), st.sampled_from(GROUP_ACTS), st.integers(1, 3)), min_size=2, max_size=6)
 )

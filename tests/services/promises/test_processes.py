@@ -87,7 +87,7 @@ def due_now(directory: Path, fleet: mir_sim.Fleet) -> Path:
     return write_configuration(directory.with_name("due.json"), content)
 
 
-@pytest.mark.parametrize("harm", [damage, delete])
+@pytest.mark.parametrize("harm", [pytest.param(damage, marks=pytest.mark.long), delete])
 def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, fleet, harm):
     """Exit 2 with the one line that a damaged database has at the start; nothing is sent, no error is met again and again."""
     with running(data) as app:
@@ -107,6 +107,7 @@ def test_headless_ends_when_its_database_is_damaged_and_names_the_backup(data, f
         assert [robot.state()["queue"] for robot in fleet.robots] == [[], []]
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_with_a_window_a_damaged_database_is_an_alarm(data, fleet):
     """It is shown from memory, and nothing is sent."""

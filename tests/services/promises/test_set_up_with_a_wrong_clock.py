@@ -103,7 +103,7 @@ test_among_wrong_robots = cases_of(
     Story(
         "no start vanishes before a person or the robots correct the clock",
         [robots_off_by(HOUR), daily("06:10"), HALF_AN_HOUR],
-        each([], clock(6), asleep(20), asleep(HOUR), RESTART),
+        each([], clock(6), asleep(20), asleep(HOUR), RESTART, quick=2),
         60,
         each(CONFIRM, robots_off_by(0.0)),
         HAS_ITS_ROW,
