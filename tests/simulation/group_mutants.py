@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.simulation.mutants import SENDING, Mutant
+from tests.simulation.mutants import IN_DOUBT, SENDING, Mutant
 from tests.simulation.profile import Profile
 
 BASE = {
@@ -42,7 +42,7 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "given to another robot after twenty seconds",
-        f"{SENDING}._reconcile",
+        f"{IN_DOUBT}.look_for",
         "quiet_left = self._seen.quiet_seconds - (",
         "quiet_left = (20 if row.group_id else self._seen.quiet_seconds) - (",
         "before the first was read",
@@ -51,9 +51,9 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "given to another robot though the first could not be read",
-        f"{SENDING}._reconcile",
+        f"{IN_DOUBT}.look_for",
         "if quiet_left <= 0 and (is_closed",
-        "if quiet_left <= 0 and row.group_id:\n            self._failed([row], error.message, waited=True)\n"
+        "if quiet_left <= 0 and row.group_id:\n            self._outcomes.failed([row], error.message, waited=True)\n"
         "        elif quiet_left <= 0 and (is_closed",
         "before the first was read",
         SILENT,
@@ -70,9 +70,9 @@ GROUP_MUTANTS = (
     ),
     Mutant(
         "after a crash it is any robot's at once",
-        f"{SENDING}.recover",
-        "self._mark_in_doubt(",
-        "self._failed([row], 'x') if row.group_id else self._mark_in_doubt(",
+        f"{IN_DOUBT}.recover",
+        "self.mark(",
+        "self._outcomes.failed([row], 'x') if row.group_id else self.mark(",
         "before the first was read",
         CRASHES,
         seed=2,

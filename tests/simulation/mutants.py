@@ -198,8 +198,10 @@ def planted(mutant: Mutant) -> Iterator[None]:
             setattr(each, name, original)
 
 
-SENDING, LEDGER, PLANNER = (
+SENDING, OUTCOMES, IN_DOUBT, LEDGER, PLANNER = (
     "services.dispatch.sending:Sending",
+    "services.dispatch.outcomes:Outcomes",
+    "services.dispatch.in_doubt:InDoubt",
     "services.dispatch.ledger:Ledger",
     "services.dispatch.planner:Planner",
 )
@@ -239,7 +241,7 @@ MUTANTS = (
     ),
     Mutant(
         "no quiet time",
-        f"{SENDING}._reconcile",
+        f"{IN_DOUBT}.look_for",
         "quiet_left = self._seen.quiet_seconds - (",
         "quiet_left = 0 * (",
         "items with one token",
@@ -247,7 +249,7 @@ MUTANTS = (
     ),
     Mutant(
         "an intent that is not on disk",
-        f"{SENDING}._begin",
+        f"{OUTCOMES}.begin",
         "return self._ledger.apply([transitions.begin(row, robot, floor, now) for row in rows], quietly=True)",
         "return [transitions.begin(row, robot, floor, now).after for row in rows]",
         "items with one token",
@@ -374,7 +376,7 @@ MUTANTS = (
     ),
     Mutant(
         "what did not arrive is given up",
-        f"{SENDING}._is_not_there",
+        f"{IN_DOUBT}._is_not_there",
         "waited=True",
         "waited=self._give_up(row, 'x')",
         "never ran",
@@ -407,7 +409,7 @@ MUTANTS = (
     ),
     Mutant(
         "in doubt for ever",
-        f"{SENDING}._reconcile",
+        f"{IN_DOUBT}.look_for",
         "min(RECONCILE_EVERY, quiet_left)",
         "1e9",
         "open for",
@@ -416,9 +418,9 @@ MUTANTS = (
     ),
     Mutant(
         "what the robot took is not written",
-        f"{SENDING}.note",
-        "if not accepted:",
-        "if True:",
+        f"{OUTCOMES}.note",
+        "if attempt.accepted]",
+        "if False]",
         "open for",
         CALM,
         seed=2,

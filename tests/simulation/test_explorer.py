@@ -10,7 +10,7 @@ from app.database.executions import ExecutionRepository
 from app.domain.message import message
 from app.domain.models import OPEN_STATES, State
 from app.services.dispatch.duplicates import Duplicates
-from app.services.dispatch.sending import Sending
+from app.services.dispatch.in_doubt import InDoubt
 from app.services.executions import wanted
 from tests.simulation.choices import Scenario
 from tests.simulation.explorer import explore
@@ -42,7 +42,9 @@ def is_found(words: str, faults: int = 1, acts: tuple[str, ...] = ()) -> bool:
 
 def test_a_blind_retry_is_found(monkeypatch):
     """Every failed start is sent again, as if the robot certainly did not have it."""
-    monkeypatch.setattr(Sending, "_reconcile", lambda self, row: self._failed([row], message("no answer"), waited=True))
+    monkeypatch.setattr(
+        InDoubt, "look_for", lambda self, row: self._outcomes.failed([row], message("no answer"), waited=True)
+    )
     assert is_found("2 items")
 
 
@@ -68,9 +70,9 @@ def test_an_unexpected_item_of_an_earlier_run_is_found(monkeypatch):
     """After a crash starts being sent are taken as not sent."""
 
     def recover(self):
-        self._release(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))
+        self._outcomes.not_sent(self._ledger.open_for(self._robot_id, (State.SUBMITTING,)))
 
-    monkeypatch.setattr(Sending, "recover", recover)
+    monkeypatch.setattr(InDoubt, "recover", recover)
     assert is_found("2 items")
 
 

@@ -158,7 +158,7 @@ class RobotWorker:
         if self.polled and reads:
             self._sending.run()  # what is due does not wait for the robot to be read
         else:
-            self._sending.note()
+            self._sending.outcomes.note()
         try:
             if poll:
                 self._poll()
@@ -174,7 +174,7 @@ class RobotWorker:
 
     def _recover(self) -> None:
         if self._to_recover:
-            self._sending.recover()
+            self._sending.doubt.recover()
             self._expected -= self._to_recover
             self._to_recover = set()
 
