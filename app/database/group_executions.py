@@ -7,7 +7,7 @@ from collections.abc import Collection
 from datetime import datetime
 from typing import NamedTuple
 
-from app.database.executions import OPEN, execution_of, stored_values
+from app.database.execution_rows import OPEN, select, stored_values
 from app.database.schedules import OPEN_OF_WHOLE
 from app.database.values import placeholders, to_instant, to_optional_instant, to_text
 from app.domain.choice import LEAVES_ROBOT_FREE
@@ -56,11 +56,9 @@ class GroupExecutionRepository:
     # ------------------------------------------------------------------ waiting for a robot
     def unbound(self, c: sqlite3.Connection) -> list[Execution]:
         """What waits for a robot of a group, oldest first."""
-        return [
-            execution_of(row)
-            for row in c.execute("""SELECT * FROM executions INDEXED BY executions_unbound
-                                                            WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id""")
-        ]
+        return select(
+            c, "INDEXED BY executions_unbound WHERE state = 'waiting' AND robot_id IS NULL ORDER BY planned_at, id"
+        )
 
     def count_waiting(self, c: sqlite3.Connection, group_id: int) -> int:
         """Starts of a group that no robot has yet."""

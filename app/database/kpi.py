@@ -15,7 +15,8 @@ from itertools import islice
 from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
-from app.database.executions import execution_of, of_robots
+from app.database.execution_history import of_robots
+from app.database.execution_rows import execution_of
 from app.database.values import placeholders, to_instant, to_text
 from app.domain.clock import midnight
 from app.domain.models import Execution, ReasonCode

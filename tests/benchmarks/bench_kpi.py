@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
+from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.settings import SettingsRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
@@ -94,7 +95,7 @@ def measure(number: int, directory: Path) -> bool:
     print(f"\n{number:,} rows in {time.perf_counter() - before:.0f} s, SQLite {sqlite3.sqlite_version}")
     kpis = Kpis(db, VirtualClock(END))
     month, one_robot = KpiFilter(END - timedelta(days=30), END), KpiFilter(END - timedelta(days=30), END, [1])
-    executions, c, is_fast = ExecutionRepository(), db.read(), True
+    history, c, is_fast = ExecutionHistory(), db.read(), True
     for name, work in {
         "what is counted": kpis.facts,
         "outcomes per day": kpis.per_day,
@@ -110,9 +111,9 @@ def measure(number: int, directory: Path) -> bool:
         )
     print(f"  plain scan         all {best_ms(lambda: c.execute(SCAN, ('', '~')).fetchall(), 2):8.1f}")
     print(
-        f"  page of 100        {best_ms(lambda: executions.page(c, ExecutionFilter(), None, 100), 5):.1f},"
+        f"  page of 100        {best_ms(lambda: history.page(c, ExecutionFilter(), None, 100), 5):.1f},"
         f" usual duration {best_ms(lambda: DurationRepository().usual(c, 1, 'guid-0'), 5):.2f},"
-        f" prune at the limit {best_ms(lambda: db.write(lambda w: executions.drop_oldest(w, executions.surplus(w, number))), 3):.1f}"
+        f" prune at the limit {best_ms(lambda: db.write(lambda w: history.drop_oldest(w, history.surplus(w, number))), 3):.1f}"
     )
     db.close()
     return is_fast

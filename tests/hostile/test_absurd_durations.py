@@ -34,7 +34,7 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
         assert row is not None
         container.db.write(
             lambda c, row=row, state=state: container.repositories.executions.change(  # type: ignore[misc]
-                c, row.id, (State.WAITING,), state=state, queue_id=row.id, submitted_at=now
+                c, row, (State.WAITING,), state=state, queue_id=row.id, submitted_at=now
             )
         )
         if state is State.QUEUED:
@@ -75,7 +75,7 @@ def test_hundreds_of_such_runs_in_a_day_still_end(container: Container) -> None:
         assert row is not None
         container.db.write(
             lambda c, row=row: container.repositories.executions.change(  # type: ignore[misc]
-                c, row.id, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at
+                c, row, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at
             )
         )
         run = container.ledger.get(row.id)

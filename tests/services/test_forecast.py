@@ -10,7 +10,7 @@ import pytest
 
 from app.container import Container
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter
+from app.database.execution_history import ExecutionFilter
 from app.domain.models import (
     Between,
     DayException,

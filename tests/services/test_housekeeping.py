@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.executions import PRUNED_AT_ONCE, ExecutionRepository
+from app.database.execution_history import PRUNED_AT_ONCE, ExecutionHistory
 from app.database.schedules import ScheduleRepository
 from app.services.dispatch.timing import TIDIES_WITHIN, TIDY_EVERY
 from tests.support.history import add_runs
@@ -52,5 +52,5 @@ def test_it_waits_while_something_is_due_in_a_moment_but_not_for_ever(site, long
 
 def test_nothing_is_counted_while_nothing_ended(site, monkeypatch):
     site.run(1.0)
-    monkeypatch.setattr(ExecutionRepository, "surplus", lambda *_: pytest.fail("counted for nothing"))
+    monkeypatch.setattr(ExecutionHistory, "surplus", lambda *_: pytest.fail("counted for nothing"))
     site.run(60.0)

@@ -13,6 +13,7 @@ import pytest
 
 from app.container import Container
 from app.database.connection import Database
+from app.database.execution_history import ExecutionHistory
 from app.domain.models import DayException, Group, InvalidInput, Mission, Robot, Schedule, State
 from app.services.catalogue.configuration import export_configuration
 from app.services.catalogue.database_check import find_problem
@@ -72,7 +73,7 @@ class Plant:
         return [(row.robot, f"{row.planned_at:%d %H:%M}", row.state.value) for row in self.rows()]
 
     def rows(self):
-        return list(self.container.repositories.executions.stream(self.container.db.read()))
+        return list(ExecutionHistory().stream(self.container.db.read()))
 
     def go_to(self, moment: datetime) -> None:
         self.clock.step((moment - self.clock.now()).total_seconds())

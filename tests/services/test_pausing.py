@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
+from app.database.execution_history import ExecutionHistory
 from app.domain import reasons
 from app.domain.models import InvalidInput, Mission, Overlap, ReasonCode, Robot, Schedule, State
 from app.services.catalogue.pausing import Pausing
@@ -47,7 +48,7 @@ class Plant:
         self.skipping = Pausing(self.container.catalogue)
 
     def rows(self):
-        return list(self.container.repositories.executions.stream(self.container.db.read()))
+        return list(ExecutionHistory().stream(self.container.db.read()))
 
     def stored(self):
         return self.container.repositories.schedules.get(self.container.db.read(), self.daily.id)
@@ -328,7 +329,7 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
     [today] = plant.rows()
     plant.container.db.write(
         lambda c: plant.container.repositories.executions.change(
-            c, today.id, [State.WAITING], state=State.COMPLETED, ended_at=plant.clock.now()
+            c, today, [State.WAITING], state=State.COMPLETED, ended_at=plant.clock.now()
         )
     )
     tomorrow, kpis, now = plant.skipping.skip_next(plant.daily.id), plant.container.kpis, plant.clock.now()

@@ -7,7 +7,7 @@ from typing import Any
 from uuid import uuid4
 
 from app.container import Container
-from app.database.executions import ExecutionFilter
+from app.database.execution_history import ExecutionFilter
 from app.domain.models import Execution, State, Trigger
 
 
@@ -21,7 +21,7 @@ def add_runs(container: Container, count: int) -> None:
 def add_run(container: Container, at: datetime, **values: Any) -> None:
     """One of that instant which is over, completed unless ``values`` of the row say otherwise."""
     run = _run(at, **{"token": str(uuid4()), "ended_at": at} | values)
-    container.db.write(lambda c: container.repositories.executions.add(c, run))
+    container.db.write(lambda c: container.repositories.executions.add_each_once(c, [run])[0])
 
 
 def last_ended(container: Container, count: int) -> list[Execution]:

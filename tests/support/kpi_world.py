@@ -62,7 +62,7 @@ class World:
         return self.add(replace(row, **values))
 
     def add(self, row: Execution) -> Execution:
-        return self.db.write(lambda c: ExecutionRepository().add(c, row))
+        return self.db.write(lambda c: ExecutionRepository().add_each_once(c, [row])[0])
 
     def observe(self, robot_id: int, day: str, **seconds: float) -> None:
         """From midnight, one after the other."""

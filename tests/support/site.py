@@ -20,6 +20,7 @@ from typing import Any
 from app.container import Container
 from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database, DatabaseUnavailable
+from app.database.execution_history import ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.domain.check_up import Report, RobotProfile
 from app.domain.models import Execution, Fleet, FleetKind, Mission, Robot, State
@@ -401,7 +402,7 @@ class Site:
 
     # ------------------------------------------------------------------ looking
     def executions(self, *states: State) -> list:
-        rows = self.container.repositories.executions.stream(self.container.db.read())
+        rows = ExecutionHistory().stream(self.container.db.read())
         return sorted((row for row in rows if not states or row.state in states), key=lambda row: row.id)
 
     # ------------------------------------------------------------------ the world

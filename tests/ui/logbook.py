@@ -9,7 +9,7 @@ from datetime import timedelta
 from kivy.uix.scrollview import ScrollView
 
 from app.container import Container
-from app.database.executions import ExecutionFilter
+from app.database.execution_history import ExecutionFilter
 from app.domain.models import State
 from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.logs.cards import RunsList

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
-from app.database.executions import ExecutionFilter, PageKey
+from app.database.execution_history import ExecutionFilter, PageKey
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, ReasonCode, Robot, Settings, State
 from app.domain.reasons import codes_with

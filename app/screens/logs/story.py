@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from app.database.executions import Replacement
+from app.database.execution_history import Replacement
 from app.domain.models import DurationEstimate, Execution, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats

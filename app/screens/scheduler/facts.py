@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from app.database.executions import ExecutionFilter
+from app.database.execution_history import ExecutionFilter
 from app.database.robots import Hold
 from app.domain import names
 from app.domain.clock import MOMENT, Clock

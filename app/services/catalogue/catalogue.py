@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any, NoReturn, TypeVar
 
 from app.database.connection import Database
-from app.database.executions import ExecutionRepository
+from app.database.execution_history import ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
@@ -112,7 +112,7 @@ class Catalogue:
     def runs_beyond(self, limit: int) -> int:
         """How many runs would be deleted if the history had this limit; 0 when it is not lower than the present one."""
         present = self.settings().history_limit
-        surplus = ExecutionRepository().surplus(self._db.read(), limit)
+        surplus = ExecutionHistory().surplus(self._db.read(), limit)
         return sum(surplus) if present is None or limit < present else 0
 
     # ------------------------------------------------------------------ changing

@@ -14,7 +14,8 @@ from typing import Any
 from app.database.alarms import AlarmRepository
 from app.database.check_ups import CheckUpRepository
 from app.database.errors import primary_code
-from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
+from app.database.executions import ExecutionRepository
 from app.database.fleets import FleetRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
@@ -206,8 +207,7 @@ def _lengths(c: sqlite3.Connection, table: str, *values: str) -> None:
 
 
 def _executions(c: sqlite3.Connection) -> None:
-    repository = ExecutionRepository()
-    found = [*repository.open_all(c), *repository.page(c, ExecutionFilter(), None, LATEST)]
+    found = [*ExecutionRepository().open_all(c), *ExecutionHistory().page(c, ExecutionFilter(), None, LATEST)]
     _check_instants(found)
     _check_objects(
         *itertools.chain.from_iterable((each.parameters, each.wait_details, each.choice, each.tried) for each in found)

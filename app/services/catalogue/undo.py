@@ -9,7 +9,7 @@ from datetime import datetime
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from app.database.executions import UNBOUND
+from app.database.execution_rows import UNBOUND
 from app.database.table import Table
 from app.domain import names
 from app.domain.models import (

@@ -13,7 +13,8 @@ from collections.abc import Callable, Collection, Iterable, Sequence
 from datetime import datetime
 
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository, Unsent
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
+from app.database.executions import ExecutionRepository, Unsent
 from app.database.group_executions import FullPlace, GroupExecutionRepository, Watched
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
@@ -37,7 +38,7 @@ class Ledger:
     def __init__(self, db: Database, clock: Clock, changes: Changes, alarms: Alarms) -> None:
         self._db, self._clock, self._changes, self._alarms = db, clock, changes, alarms
         self._executions, self._starts = ExecutionRepository(), GroupExecutionRepository()
-        self._robots, self._settings = RobotRepository(), SettingsRepository()
+        self._robots, self._settings, self._history = RobotRepository(), SettingsRepository(), ExecutionHistory()
         self.grew = True  # rows ended since the history was last held to its limit
 
     # ------------------------------------------------------------------ reading
@@ -69,13 +70,13 @@ class Ledger:
     def planned_between(self, robot_id: int, start: datetime, end: datetime) -> list[Execution]:
         """Asked of this robot, without what its fleet had it do for any robot."""
         wanted = ExecutionFilter(robot_ids=[robot_id], start=start, end=end)
-        return [row for row in self._executions.stream(self._db.read(), wanted) if row.robot_id == robot_id]
+        return [row for row in self._history.stream(self._db.read(), wanted) if row.robot_id == robot_id]
 
     def ended_since(self, robot_ids: Sequence[int], mission_guid: str, since: datetime) -> list[Execution] | None:
         """Those of this mission that these robots may have had. None: the history may have dropped some."""
         c = self._db.read()
         limit = self._settings.load(c).history_limit
-        return self._executions.ended_since(c, robot_ids, mission_guid, since, limit)
+        return self._history.ended_since(c, robot_ids, mission_guid, since, limit)
 
     # ------------------------------------------------------------------ new rows
     def add(self, execution: Execution, instead_of: Execution | None = None) -> Execution | None:
@@ -299,9 +300,9 @@ class Ledger:
         limit = self._settings.load(self._db.read()).history_limit
         if limit is None:
             return
-        surplus = self._executions.surplus(self._db.read(), limit)
+        surplus = self._history.surplus(self._db.read(), limit)
         while any(surplus):
-            left = self._db.write(lambda c, surplus=surplus: self._executions.drop_oldest(c, surplus))  # type: ignore[misc]
+            left = self._db.write(lambda c, surplus=surplus: self._history.drop_oldest(c, surplus))  # type: ignore[misc]
             if any(left) and (left == surplus or not has_time()):
                 self.grew = True
                 return

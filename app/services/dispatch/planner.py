@@ -10,6 +10,7 @@ from datetime import datetime, timedelta
 from typing import NamedTuple
 
 from app.database.connection import Database
+from app.database.execution_history import ExecutionHistory
 from app.database.executions import ExecutionRepository
 from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository
@@ -90,7 +91,7 @@ class Planner:
         hold_late_starts: bool,
     ) -> None:
         self._db, self._schedules, self._executions = db, ScheduleRepository(), ExecutionRepository()
-        self._robots, self._groups = RobotRepository(), GroupRepository()
+        self._robots, self._groups, self._history = RobotRepository(), GroupRepository(), ExecutionHistory()
         self._missions, self._settings = MissionRepository(), SettingsRepository()
         self._clock, self._downtime, self._alarms = clock, downtime, alarms
         self._ledger, self._changes, self._restored_starts = ledger, changes, restored_starts
@@ -152,7 +153,7 @@ class Planner:
         added = self._executions.add_each_once(c, rows)
         limit = context.settings.history_limit
         if limit is not None and any(row.state is State.MISSED or row.starts > 1 for row in added):
-            self._executions.drop_oldest(c, self._executions.surplus(c, limit))
+            self._history.drop_oldest(c, self._history.surplus(c, limit))
         self._schedules.advance_all(c, progress)
         for row in added:
             if row.held and row.schedule_id is not None:  # now the row says so

@@ -201,11 +201,11 @@ def _write(c: sqlite3.Connection, transition: Transition, columns: Columns) -> E
     row, robot_id = transition.row, columns.get("robot_id", transition.row.robot_id)
     expected = _expected(c, transition)
     if None not in (row.robot_id, robot_id) and row.robot_id != robot_id:  # by way of none, as the database demands
-        if _EXECUTIONS.change(c, row.id, expected, row.robot_id, robot_id=None, robot="") is None:
+        if _EXECUTIONS.change(c, row, expected, robot_id=None, robot="") is None:
             return None
         row = replace(row, robot_id=None)
     if State.WAITING in RULES[transition.event].sources:
-        return _EXECUTIONS.change(c, row.id, expected, row.robot_id, **columns)
+        return _EXECUTIONS.change(c, row, expected, **columns)
     return _EXECUTIONS.change_owned(c, row, expected, **columns)
 
 

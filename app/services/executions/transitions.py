@@ -11,7 +11,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from app.database.executions import UNBOUND
+from app.database.execution_rows import UNBOUND
 from app.domain import rules
 from app.domain.message import Message
 from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait

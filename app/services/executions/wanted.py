@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from app.database.executions import UNBOUND
+from app.database.execution_rows import UNBOUND
 from app.database.group_executions import GroupExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository

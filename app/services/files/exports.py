@@ -19,7 +19,7 @@ import platformdirs
 from app.database.backups import BACKUPS, NOT_RESTORED, back_up, backups_of, problem_of
 from app.database.connection import Database
 from app.database.errors import DatabaseError
-from app.database.executions import ExecutionFilter
+from app.database.execution_history import ExecutionFilter
 from app.domain.clock import Clock
 from app.domain.message import Message, message_of_system
 from app.domain.models import InvalidInput

@@ -12,7 +12,7 @@ import sqlite3
 from datetime import datetime, tzinfo
 from typing import TextIO
 
-from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.domain.choice import chosen
 from app.domain.models import Execution
 from app.domain.reasons import known_zone, sentence
@@ -60,7 +60,7 @@ def write_history(
     writer = csv.writer(file, dialect="excel", delimiter=";" if for_excel else ",", lineterminator="\r\n")
     writer.writerow(COLUMNS)
     number = 0
-    for execution in ExecutionRepository().stream(c, wanted):
+    for execution in ExecutionHistory().stream(c, wanted):
         writer.writerow(_cells(execution))
         number += 1
     return number

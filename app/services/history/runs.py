@@ -8,7 +8,8 @@ from datetime import datetime, timedelta
 
 from app.database.activities import ActivityRepository
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository, PageKey, Replacement
+from app.database.execution_history import ExecutionFilter, ExecutionHistory, PageKey, Replacement
+from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository, MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
@@ -30,18 +31,18 @@ class Page:
 class History:
     def __init__(self, db: Database) -> None:
         self._db, self._executions, self._missions = db, ExecutionRepository(), MissionRepository()
-        self._schedules, self._durations = ScheduleRepository(), DurationRepository()
+        self._schedules, self._durations, self._history = ScheduleRepository(), DurationRepository(), ExecutionHistory()
 
     def page(self, wanted: ExecutionFilter, before: PageKey | None = None, size: int = 100) -> Page:
-        rows = self._executions.page(self._db.read(), wanted, before, size)
+        rows = self._history.page(self._db.read(), wanted, before, size)
         return Page(rows, PageKey.of(rows[-1]) if len(rows) == size else None)
 
     def last_ended(self, robot_id: int, now: datetime, size: int) -> Sequence[Execution]:
         """Of one robot, the last one to end first, without what was planned for later."""
-        return self._executions.last_ended(self._db.read(), robot_id, now, size)
+        return self._history.last_ended(self._db.read(), robot_id, now, size)
 
     def counts(self, wanted: ExecutionFilter) -> Mapping[State, int]:
-        return self._executions.counts(self._db.read(), wanted)
+        return self._history.counts(self._db.read(), wanted)
 
     def get(self, execution_id: int) -> Execution | None:
         """Its present row; None if it was deleted."""
@@ -52,7 +53,7 @@ class History:
         if not rows:
             return {}
         planned = [row.planned_at for row in rows]
-        found = self._executions.replacements(self._db.read(), min(planned) - DOUBTED_FOR, max(planned))
+        found = self._history.replacements(self._db.read(), min(planned) - DOUBTED_FOR, max(planned))
         return {number: one for one in found for number in (one.id, one.other)}
 
     def open(self) -> Sequence[Execution]:

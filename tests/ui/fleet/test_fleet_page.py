@@ -149,9 +149,9 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
     aino, now = robots[0], container.clock.now()
     e = collecting(aino, now)
     repository = container.repositories.executions
-    container.db.write(lambda c: repository.add(c, e))
+    container.db.write(lambda c: repository.add_each_once(c, [e])[0])
     done = replace(e, token="t-old", state=State.COMPLETED, queue_id=800, ended_at=now, duration_s=290.0)
-    container.db.write(lambda c: repository.add(c, done))
+    container.db.write(lambda c: repository.add_each_once(c, [done])[0])
     see(container, aino, sample.EXECUTING, (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))
@@ -163,9 +163,9 @@ def test_a_run_is_followed_before_the_queue_is_read_again(container, robots, ui)
     aino, now = robots[0], container.clock.now()
     e = collecting(aino, now)
     repository = container.repositories.executions
-    container.db.write(lambda c: repository.add(c, e))
+    container.db.write(lambda c: repository.add_each_once(c, [e])[0])
     done = replace(e, token="t-old", state=State.COMPLETED, queue_id=800, ended_at=now, duration_s=290.0)
-    container.db.write(lambda c: repository.add(c, done))
+    container.db.write(lambda c: repository.add_each_once(c, [done])[0])
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=900))
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))

@@ -158,7 +158,7 @@ def test_a_search_finds_the_position_that_a_row_names(screen, container, ui, lea
         queue_id=None,
         parameters={"goal": guid},
     )
-    added = container.db.write(lambda c: container.repositories.executions.add(c, run))
+    added = container.db.write(lambda c: container.repositories.executions.add_each_once(c, [run])[0])
     names = MissionParameter("goal", "Position", choices=((guid, "Cold store"),), sets="position")
     if learnt_before:
         screen.shell.mission_names.take("m-1", (names,))

@@ -44,7 +44,7 @@ def hall(logs, container, ui):
         schedule_id=None,
         choice={"robots": [{"robot": robots[0].name}, {"robot": robots[1].name, "out": "silent"}]},
     )
-    container.db.write(lambda c: container.repositories.executions.add(c, run))
+    container.db.write(lambda c: container.repositories.executions.add_each_once(c, [run])[0])
     reset_logs(logs, ui)
     yield group
     stored.put_back()
@@ -99,7 +99,7 @@ def test_the_figures_of_a_group_are_among_the_numbers_of_what_ran_on_time(logs, 
         robot_group="Hall 1",
         schedule_id=None,
     )
-    container.db.write(lambda c: container.repositories.executions.add(c, planned))
+    container.db.write(lambda c: container.repositories.executions.add_each_once(c, [planned])[0])
     reset_logs(logs, ui, "figures")
     tap(logs, ui, ui.find(FigureCard, label="On time"))
     lines = [(line.title, line.meta) for line in ui.find(FigureSheet).rows if line.support == "Any of Hall 1"]

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from app.database.executions import ExecutionFilter
+from app.database.execution_history import ExecutionFilter
 from app.screens.logs import screen as screen_module
 from app.screens.logs.cards import RunsList
 from app.screens.logs.view import Period

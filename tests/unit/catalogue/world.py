@@ -8,6 +8,7 @@ from datetime import datetime, timedelta
 import pytest
 
 from app.database.connection import Database
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
@@ -55,7 +56,7 @@ class World:
 
     def row(self, schedule: Schedule, state: State = State.WAITING) -> Execution:
         now = self.clock.now()
-        number = sum(EXECUTIONS.counts(self.db.read(), self.every).values()) + 1
+        number = sum(ExecutionHistory().counts(self.db.read(), ExecutionFilter()).values()) + 1
         execution = Execution(
             Trigger.SCHEDULED,
             schedule.robot_id,
@@ -70,17 +71,11 @@ class World:
             state=state,
             schedule_id=schedule.id,
         )
-        return self.db.write(lambda c: EXECUTIONS.add(c, execution))
+        return self.db.write(lambda c: EXECUTIONS.add_each_once(c, [execution])[0])
 
     def outcome(self, row: Execution) -> tuple[State, ReasonCode | None]:
         found = EXECUTIONS.get(self.db.read(), row.id)
         return found.state, found.reason.code if found.reason else None
-
-    @property
-    def every(self):
-        from app.database.executions import ExecutionFilter
-
-        return ExecutionFilter()
 
 
 def refuses(field: str, problem: str):

@@ -6,6 +6,7 @@ from datetime import timedelta
 
 import pytest
 
+from app.database.execution_history import ExecutionHistory
 from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.robots import RobotRepository
@@ -14,7 +15,8 @@ from app.domain.models import OPEN_STATES, Robot, State
 from tests.support.stored import bring_over, brought_up_to_date
 from tests.unit.database.conftest import NOON
 
-DURATIONS, EXECUTIONS, ROBOTS = DurationRepository(), ExecutionRepository(), RobotRepository()
+DURATIONS, ROBOTS = DurationRepository(), RobotRepository()
+EXECUTIONS, HISTORY = ExecutionRepository(), ExecutionHistory()
 
 
 @pytest.fixture
@@ -25,9 +27,9 @@ def ran(db, row):
 
     def run(seconds, minutes=0, state=State.COMPLETED, **values):
         def work(c):
-            begun = EXECUTIONS.add(c, row(state=State.EXECUTING, **values))
+            [begun] = EXECUTIONS.add_each_once(c, [row(state=State.EXECUTING, **values)])
             EXECUTIONS.change(
-                c, begun.id, OPEN_STATES, state=state, ended_at=NOON + timedelta(minutes=minutes), duration_s=seconds
+                c, begun, OPEN_STATES, state=state, ended_at=NOON + timedelta(minutes=minutes), duration_s=seconds
             )
 
         db.write(work)
@@ -72,11 +74,11 @@ def test_simultaneous_and_late_runs_are_all_counted(db, ran):
 
 def test_durations_outlive_the_history_and_count_each_run_once(db, ran):
     ran(60.0)
-    (row,) = EXECUTIONS.stream(db.read())
-    db.write(lambda c: EXECUTIONS.change(c, row.id, [State.COMPLETED], state=State.COMPLETED, robot="Another name"))
-    db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, 0)))
+    (row,) = HISTORY.stream(db.read())
+    db.write(lambda c: EXECUTIONS.change(c, row, [State.COMPLETED], state=State.COMPLETED, robot="Another name"))
+    db.write(lambda c: HISTORY.drop_oldest(c, HISTORY.surplus(c, 0)))
     assert (EXECUTIONS.get(db.read(), row.id), usual(db)) == (None, (60.0,))
-    db.write(lambda c: EXECUTIONS.add(c, row))
+    db.write(lambda c: EXECUTIONS.add_each_once(c, [row])[0])
     assert usual(db) == (60.0,)
 
 

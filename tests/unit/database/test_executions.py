@@ -11,22 +11,23 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from app.database import executions
-from app.database.executions import PRUNED_AT_ONCE, ExecutionFilter, ExecutionRepository, PageKey
+from app.database import execution_history
+from app.database.execution_history import PRUNED_AT_ONCE, ExecutionFilter, ExecutionHistory, PageKey
+from app.database.executions import ExecutionRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
 from tests.support.examples import examples
 from tests.unit.database.conftest import NOON
 
-EXECUTIONS, SCHEDULES = ExecutionRepository(), ScheduleRepository()
+EXECUTIONS, HISTORY, SCHEDULES = ExecutionRepository(), ExecutionHistory(), ScheduleRepository()
 
 
 def add(db, execution):
-    return db.write(lambda c: EXECUTIONS.add(c, execution))
+    return db.write(lambda c: EXECUTIONS.add_each_once(c, [execution])[0])
 
 
 def change(db, execution, expected, **columns):
-    return db.write(lambda c: EXECUTIONS.change(c, execution.id, expected, **columns))
+    return db.write(lambda c: EXECUTIONS.change(c, execution, expected, **columns))
 
 
 def ended(row, state=State.COMPLETED, minutes=0, **values):
@@ -73,8 +74,6 @@ def test_an_occurrence_is_in_the_ledger_once(db, row):
     first = add(db, row(planned_at=NOON))
     again = row(planned_at=NOON)
     assert db.write(lambda c: EXECUTIONS.add_once(c, again)) is None
-    with pytest.raises(sqlite3.IntegrityError):
-        add(db, again)
     assert db.write(lambda c: EXECUTIONS.add_once(c, row(planned_at=NOON, schedule_id=2))) is not None
     assert [found.id for found in EXECUTIONS.open_for(db.read(), 1) if found.schedule_id == 1] == [first.id]
 
@@ -191,7 +190,7 @@ def test_the_last_that_ended_are_not_the_last_that_were_planned(db, row):
     add(db, ended(row, minutes=9, schedule_id=9, planned_at=NOON + timedelta(hours=1)))  # skipped in advance
     add(db, ended(row, minutes=9, schedule_id=8, robot_id=2))
     add(db, row(schedule_id=7))
-    assert EXECUTIONS.last_ended(db.read(), 1, NOON + timedelta(minutes=10), 2) == [long, short[1]]
+    assert HISTORY.last_ended(db.read(), 1, NOON + timedelta(minutes=10), 2) == [long, short[1]]
 
 
 # ---------------------------------------------------------------------- history
@@ -220,7 +219,7 @@ def history(db, row):
 
 def pages(db, wanted, size):
     found, before = [], None
-    while page := EXECUTIONS.page(db.read(), wanted, before, size):
+    while page := HISTORY.page(db.read(), wanted, before, size):
         found += page
         before = PageKey.of(page[-1])
     return found
@@ -258,24 +257,24 @@ def test_pages_join_to_the_whole_newest_first(db, history, size):
 def test_filters_on_pages_counts_and_the_stream(db, history, wanted, keeps):
     expected = [execution for execution in history if keeps(execution)]
     assert pages(db, wanted, 2) == expected[::-1]
-    assert sum(EXECUTIONS.counts(db.read(), wanted).values()) == len(expected)
-    assert list(EXECUTIONS.stream(db.read(), wanted)) == expected
+    assert sum(HISTORY.counts(db.read(), wanted).values()) == len(expected)
+    assert list(HISTORY.stream(db.read(), wanted)) == expected
 
 
 def test_rows_that_come_between_two_pages_shift_nothing(db, history, row):
-    first = EXECUTIONS.page(db.read(), ExecutionFilter(), None, 5)
+    first = HISTORY.page(db.read(), ExecutionFilter(), None, 5)
     add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=99))
-    assert EXECUTIONS.page(db.read(), ExecutionFilter(), PageKey.of(first[-1]), 5) == history[::-1][5:10]
+    assert HISTORY.page(db.read(), ExecutionFilter(), PageKey.of(first[-1]), 5) == history[::-1][5:10]
 
 
 def test_a_blocked_stream_does_not_block_the_log_of_changes(db, row, monkeypatch):
     """Like an export to a pager, which reads no more than it shows."""
-    monkeypatch.setattr(executions, "PIECE", 2)
+    monkeypatch.setattr(execution_history, "PIECE", 2)
     rows = [
         add(db, row(planned_at=NOON + timedelta(minutes=minute), schedule_id=schedule))
         for schedule, minute in enumerate((0, 0, 0, 5, 6), start=1)
     ]
-    stream = EXECUTIONS.stream(db.read())
+    stream = HISTORY.stream(db.read())
     read = [next(stream)]
     add(db, row(planned_at=NOON + timedelta(hours=1), schedule_id=9))
     with closing(sqlite3.connect(db.path, timeout=0)) as reader:
@@ -299,8 +298,8 @@ def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit)
         add(db, row(state=state, ended_at=None if state.is_open else NOON + timedelta(minutes=minutes)))
         for state, minutes in rows
     ]
-    db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, limit)))
-    kept = {execution.id for execution in EXECUTIONS.stream(db.read())}
+    db.write(lambda c: HISTORY.drop_oldest(c, HISTORY.surplus(c, limit)))
+    kept = {execution.id for execution in HISTORY.stream(db.read())}
     for kind in ((State.COMPLETED, State.FAILED, State.CANCELLED), (State.SKIPPED, State.MISSED)):
         newest = sorted((e for e in stored if e.state in kind), key=lambda e: (e.ended_at, e.id), reverse=True)[:limit]
         assert {e.id for e in stored if e.state in kind} & kept == {e.id for e in newest}
@@ -310,19 +309,19 @@ def test_the_newest_of_each_kind_stay_and_open_ones_always(db, row, rows, limit)
 def test_a_long_history_is_pruned_in_pieces_oldest_first(db, row):
     rows = [ended(row, minutes=number) for number in range(PRUNED_AT_ONCE + 120)]
     db.write(lambda c: EXECUTIONS.add_many(c, rows))
-    surplus = EXECUTIONS.surplus(db.read(), 20)
+    surplus = HISTORY.surplus(db.read(), 20)
     assert surplus == (PRUNED_AT_ONCE + 100, 0)
     for left in ((100, 0), (0, 0), (0, 0)):
-        surplus = db.write(lambda c, surplus=surplus: EXECUTIONS.drop_oldest(c, surplus))
+        surplus = db.write(lambda c, surplus=surplus: HISTORY.drop_oldest(c, surplus))
         assert surplus == left
-    assert [e.ended_at for e in EXECUTIONS.stream(db.read())] == [e.ended_at for e in rows[-20:]]
+    assert [e.ended_at for e in HISTORY.stream(db.read())] == [e.ended_at for e in rows[-20:]]
 
 
 def test_a_robot_with_an_unknown_outcome_keeps_all_that_it_had_of_ours(db, row):
     """Which items of its queue are already somebody's must be known while one is looked for."""
     add(db, row(state=State.SUBMITTING))
     kept, *dropped = add(db, ended(row, queue_id=7)), add(db, ended(row, robot_id=2, queue_id=7)), add(db, ended(row))
-    db.write(lambda c: EXECUTIONS.drop_oldest(c, EXECUTIONS.surplus(c, 0)))
+    db.write(lambda c: HISTORY.drop_oldest(c, HISTORY.surplus(c, 0)))
     assert [EXECUTIONS.get(db.read(), each.id) for each in (kept, *dropped)] == [kept, None, None]
 
 
@@ -349,9 +348,9 @@ SMALL = ("executions_open", "executions_open_of_schedule")  # indexes that hold 
         lambda c: EXECUTIONS.late(c, NOON, NOON),
         lambda c: EXECUTIONS.drop_withdrawn(c, 1, NOON),
         lambda c: EXECUTIONS.make_room_after(c, 1, NOON, NOON),
-        lambda c: EXECUTIONS.drop_oldest(c, (5, 5)),
-        lambda c: EXECUTIONS.page(c, ExecutionFilter(), PageKey(NOON, 5), 9),
-        lambda c: EXECUTIONS.change(c, 1, OPEN_STATES, attempts=1),
+        lambda c: HISTORY.drop_oldest(c, (5, 5)),
+        lambda c: HISTORY.page(c, ExecutionFilter(), PageKey(NOON, 5), 9),
+        lambda c: EXECUTIONS.change(c, EXECUTIONS.get(c, 1), OPEN_STATES, attempts=1),
     ],
     ids=range(19),
 )

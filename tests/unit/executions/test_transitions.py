@@ -105,7 +105,8 @@ class Site:
                 schedule, target, self.mission, Settings(), "00000000-0000-4000-8000-000000000000", at, NOW
             )
             ends = {} if state.is_open else {"ended_at": NOW, "reason": Reason(ReasonCode.HOLD)}
-            return self.executions.add(c, replace(row, state=state, **({"held": True} | ends | values)))
+            made = replace(row, state=state, **({"held": True} | ends | values))
+            return self.executions.add_each_once(c, [made])[0]
 
         return self.db.write(work)
 

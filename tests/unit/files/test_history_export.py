@@ -13,7 +13,8 @@ from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from app.database.connection import Database
-from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
+from app.database.executions import ExecutionRepository
 from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.services.files.history_export import write_history
 from tests.support.clock import VirtualClock
@@ -48,9 +49,9 @@ def db(tmp_path):
 
 
 def add(db, **values) -> Execution:
-    number = sum(ExecutionRepository().counts(db.read(), ExecutionFilter()).values()) + 1
+    number = sum(ExecutionHistory().counts(db.read(), ExecutionFilter()).values()) + 1
     row = replace(PLAIN, **{"token": f"token-{number}", "schedule_id": number, **values})
-    return db.write(lambda c: ExecutionRepository().add(c, row))
+    return db.write(lambda c: ExecutionRepository().add_each_once(c, [row])[0])
 
 
 def text_of(db, wanted: ExecutionFilter | None = None) -> str:

@@ -6,7 +6,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
 from app.domain.models import ANY_VEHICLE, Fleet, Robot, State
@@ -87,5 +87,5 @@ def test_it_is_among_the_runs_of_the_robot_that_took_it(world):
     assert [(run.robot_id, run.taken_by) for run in found] == [(CARLA, ""), (ANY, "Carla"), (ANY, "Carla")]
     assert [run.robot_id for run in History(world.db).last_ended(CARLA, NOON, 1)] == [CARLA]
     assert len(History(world.db).last_ended(ANY, NOON, 9)) == 4
-    listed = ExecutionRepository().counts(world.db.read(), ExecutionFilter(robot_ids=(CARLA,)))
+    listed = ExecutionHistory().counts(world.db.read(), ExecutionFilter(robot_ids=(CARLA,)))
     assert listed == {State.COMPLETED: 2, State.FAILED: 1}

@@ -7,7 +7,7 @@ from datetime import timedelta
 
 import pytest
 
-from app.database.executions import ExecutionFilter, ExecutionRepository
+from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.groups import GroupRepository
 from app.domain.models import Group, Reason, ReasonCode, State, Trigger
 from app.screens.logs import report_page
@@ -157,7 +157,7 @@ def test_the_figures_of_a_group_are_of_the_runs_that_its_list_has(world):
         3,
         2,
     )
-    listed = sum(ExecutionRepository().counts(world.db.read(), ExecutionFilter(group="Hall 1")).values())
+    listed = sum(ExecutionHistory().counts(world.db.read(), ExecutionFilter(group="Hall 1")).values())
     assert sum(day.total for day in days) == thesis.completed + thesis.failed + 1 == listed
     assert [(day.completed, day.failed, day.skipped) for day in days] == [(1, 0, 0), (2, 2, 1)]
     assert (kpis.facts(wanted).planned, kpis.facts(wanted).ran) == (5, 3)

@@ -159,7 +159,7 @@ def test_much_trouble_is_cut_to_one_page_and_the_rest_counted(container):
         alarm = Alarm("unreachable", f"robot:1:{n}", Priority.MEDIUM, at, {"robot": "Aino"}, last_at=at)
         container.db.write(
             lambda c, row=row, alarm=alarm: (
-                container.repositories.executions.add(c, row),
+                container.repositories.executions.add_each_once(c, [row])[0],
                 container.repositories.alarms.raise_once(c, alarm),
             )
         )
