@@ -89,7 +89,7 @@ def outage(count: int) -> HomeFacts:
 
 
 HALL_2 = Fleet("Hall 2", "http://10.40.12.5", id=3, identity="own user")
-ANY = Robot("Hall 2", "", id=10, vehicle=ANY_VEHICLE).within(HALL_2)
+ANY = Robot("Any of Hall 2", "", id=10, vehicle=ANY_VEHICLE).within(HALL_2)
 
 
 def of_fleet(*statuses: RobotStatus, silent: bool = False) -> HomeFacts:
@@ -114,7 +114,7 @@ def with_any_run() -> HomeFacts:
     )
     failed = sample.execution(62, ANY, TASKS[1], State.FAILED, taken_by="MiR 1", ended_at=sample.ago(minutes=9))
     failed = replace(failed, reason=Reason(ReasonCode.VANISHED, {"fleet": True}))
-    queue = (QueueItem(7, QueueState.EXECUTING, mission_id="g9"),)
+    queue = (QueueItem(7, QueueState.EXECUTING, mission_id="g9", vehicle="2"),)
     seen = {number: replace(shot, queue=() if number == 11 else queue) for number, shot in known.snapshots.items()}
     return replace(known, open=(run,), finished=(failed,), planned=(), snapshots=seen)
 

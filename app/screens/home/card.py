@@ -195,7 +195,8 @@ def _answering(shown: Card, facts: HomeFacts, status: RobotStatus, robot: Robot,
     if status.state is RobotState.PAUSE:
         failed = _failed(abnormal, facts, status)
         return failed if status.errors and failed.foot.action == "reset" else replace(abnormal, foot=_resume())
-    if facts.running is not None or status.state in (RobotState.EXECUTING, RobotState.DOCKING):
+    is_working = facts.running is not None or status.state in (RobotState.EXECUTING, RobotState.DOCKING)
+    if is_working and not robot.is_any:  # several of its fleet's robots may run something
         shown = _working(shown, facts, status, now)
     else:
         mission, said = next_words(facts, robot, now)

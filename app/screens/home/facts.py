@@ -11,7 +11,7 @@ from app.database.robots import Hold
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
 from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings, State
-from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState
+from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState, RobotStatus
 from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
@@ -78,7 +78,7 @@ class HomeFacts:
     finished: tuple[Execution, ...] = ()  # the last ones of the selected robot to end, newest first
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)  # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)  # of missions by guid, as the selected robot calls them
-    alarms: int = 0  # that are open, shelved ones among them
+    has_alarms: bool = False  # that are open, shelved ones among them
     holds: tuple[Hold, ...] = ()  # of all robots or of one
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
@@ -169,6 +169,13 @@ class HomeFacts:
     def execution_of(self, item: QueueItem) -> Execution | None:
         """Ours behind an item of the selected robot's queue."""
         return self._ours.get(item.id) or self._ours.get(item.description)
+
+    def status_of(self, item: QueueItem) -> RobotStatus | None:
+        """Of the robot that has an item of the selected one's queue: a fleet's orders are on its robots."""
+        fleet = self.robot.fleet_id if self.robot is not None and item.vehicle else None
+        has_it = (each.id for each in self.robots if fleet and (each.fleet_id, each.vehicle) == (fleet, item.vehicle))
+        found = self.snapshots.get(next(has_it, 0))
+        return (found or self.snapshot).status
 
     @cached_property
     def not_in_queue(self) -> tuple[Execution, ...]:
@@ -276,7 +283,7 @@ def _activities(services: HomeServices, robot: Robot, since: datetime) -> tuple[
 
 def _read_plan(services: HomeServices) -> HomeFacts:
     facts = HomeFacts(
-        alarms=len(services.alarms.open()),
+        has_alarms=bool(services.alarms.open()),
         settings=services.settings(),
         calendar=services.calendar(),
         robots=by_name(services.catalogue.robots()),

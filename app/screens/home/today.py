@@ -205,7 +205,7 @@ def _of_any(run: Execution, facts: HomeFacts) -> str:
 
 
 def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goes: bool, now: datetime) -> Item:
-    mission, status = facts.name_of(item), facts.snapshot.status
+    mission, status = facts.name_of(item), facts.status_of(item)
     if old:
         at = formats.day_and_time(facts.snapshot.queue_read_at, facts.settings.timezone, now)
         return _unknown(key, mission, at)

@@ -19,6 +19,7 @@ from app.domain.clock import Clock
 from app.domain.message import Message, message
 from app.domain.models import ANY_VEHICLE, Fleet, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
+from app.i18n import _
 from app.mir.address import Address, machine
 from app.mir.credentials import normalise_fingerprint, token_for_fleet
 from app.mir.errors import RobotError
@@ -86,7 +87,7 @@ class Fleets:
             )
         said = self._identify(fleet)
         robots = self._catalogue.robots()
-        either = Vehicle(ANY_VEHICLE, fleet.name)  # reads well in every sentence and language
+        either = Vehicle(ANY_VEHICLE, _("Any of {group}").format(group=fleet.name))
         vehicles = sorted(said.vehicles, key=lambda vehicle: (vehicle.name.casefold(), vehicle.id))
         return [_found(vehicle, fleet, robots) for vehicle in (either, *vehicles)]
 

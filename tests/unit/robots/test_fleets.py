@@ -60,7 +60,7 @@ def hall(tmp_path):
 
 def test_its_robots_are_found_by_name_after_any_of_them(hall):
     found = hall.fleets.find(hall.id)
-    assert [each.vehicle.name for each in found] == ["Hall", "Aino", "Bella"]
+    assert [each.vehicle.name for each in found] == ["Any of Hall", "Aino", "Bella"]
     assert [(each.robot, each.others, each.warning) for each in found] == [(None, (), "")] * 3
     assert (hall.fleet.identity, hall.fleet.software) == ("Hall 1", "2.13.5")
 
@@ -69,13 +69,13 @@ def test_those_chosen_are_added_by_free_names(hall):
     hall.catalogue.save_robot(Robot("aino", "10.0.0.1", "user"), password="secret")
     either, cara, bella = (each.vehicle for each in hall.fleets.find(hall.id))
     added = hall.fleets.add(hall.id, [either, cara, bella])
-    assert [robot.name for robot in added] == ["Hall", "Aino 2", "Bella"]
+    assert [robot.name for robot in added] == ["Any of Hall", "Aino 2", "Bella"]
     assert [(robot.vehicle, robot.serial_number, robot.model) for robot in added] == [
         (ANY_VEHICLE, None, None),
         ("8", None, "MiR100"),
         ("7", "S7", "MiR250"),
     ]
-    assert [each.robot and each.robot.name for each in hall.fleets.find(hall.id)] == ["Hall", "Aino 2", "Bella"]
+    assert [each.robot and each.robot.name for each in hall.fleets.find(hall.id)] == ["Any of Hall", "Aino 2", "Bella"]
     with pytest.raises(InvalidInput, match="Bella, which is configured already"):
         hall.fleets.add(hall.id, [bella])
 

@@ -86,6 +86,11 @@ def test_any_robot_of_a_fleet_says_how_many_are_free_and_where_to_pause():
     assert (shown.foot.text, shown.foot.off, shown.foot.why) == ("Pause", True, "Pause a robot on its own page.")
 
 
+def test_the_card_of_a_fleet_tells_no_single_run_as_several_robots_may_have_one():
+    shown = card(fleet_facts.with_any_run())
+    assert (shown.state, shown.mission, shown.left, shown.end) == ("1 of 2 free", "Nothing planned", "", "")
+
+
 def test_a_silent_fleet_is_asked_about_in_the_place_of_its_robots():
     shown = card(fleet_facts.of_fleet(READY, silent=True))
     assert (shown.state, shown.note.problem, shown.note.step) == (

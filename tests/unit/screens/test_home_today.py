@@ -83,12 +83,21 @@ def test_the_robot_that_a_fleet_chose_is_named():
 
 
 def test_an_order_for_any_robot_of_a_fleet_is_ours_on_the_robot_that_took_it():
-    for robot_id, said in ((fleet_facts.ANY.id, "MiR 2"), (12, "Hall 2")):
+    for robot_id, said in ((fleet_facts.ANY.id, "MiR 2"), (12, "Any of Hall 2")):
         facts = fleet_facts.with_any_run().about(robot_id)
         (row,) = queue(facts)
         assert (row.key, row.support, row.actions[0].name) == (("execution", 61), said, "cancel")
-        done = replace(FACTS.finished[0], robot_id=fleet_facts.ANY.id, robot="Hall 2", taken_by="MiR 2")
+        done = replace(FACTS.finished[0], robot_id=fleet_facts.ANY.id, robot="Any of Hall 2", taken_by="MiR 2")
         assert rows(replace(facts, finished=(done,)))[0].support == said
+
+
+@pytest.mark.parametrize(
+    ("status", "icon"), [(EXECUTING, "play"), (fleet_facts.PAUSED, "pause"), (FAILED, "alert-circle")]
+)
+def test_the_page_of_a_fleet_shows_a_run_as_its_robot_is(status, icon):
+    facts = fleet_facts.with_any_run()
+    facts = replace(facts, snapshots={**facts.snapshots, 12: replace(facts.snapshots[12], status=status)})
+    assert [row.icon for row in queue(facts)] == [icon]
 
 
 def test_a_run_that_the_queue_has_lost_is_not_shown_as_one_that_waits():
