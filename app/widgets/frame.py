@@ -23,7 +23,7 @@ from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets import finger
 from app.widgets.dock import dock
-from app.widgets.rest import from_next_frame, rest
+from app.widgets.rest import BY_ITSELF, from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
 STILL = 1.5  # s without a touch, after which no hand is at work
@@ -171,8 +171,8 @@ class Frame(Surface):
     tabs are in the top bar. ``banner`` has text, icon, tone, action, act and about.
 
     A banner moves the page when it comes and goes, as room that is always kept would cost a tenth of a low window. So it moves only
-    while no hand is at work: in the first moment after a while without a touch, or with another screen. For a moment after another
-    button has come into the banner, a tap was meant for what was there before, and presses nothing.
+    while no hand is at work: in the first moment after a while without a touch, or with another screen. For a moment after the banner
+    or another button in it has come, a tap was meant for what was there before, and presses nothing.
     """
 
     screen = ObjectProperty(None, allownone=True, rebind=True)
@@ -198,7 +198,7 @@ class Frame(Surface):
     def on_banner(self, *_):
         about = (self.banner.act, self.banner.about, self.banner.action) if self.banner else None
         if self._about not in (None, about):
-            self._replaced()
+            self._rest(SETTLES)
         self._about = about
         self._make_room()
 
@@ -206,18 +206,19 @@ class Frame(Surface):
         """Or take it away; later where a hand is at work."""
         wanted = bool(self.banner and self.banner.text)
         is_still = not finger.is_down() and Clock.get_time() - self._touched_at >= STILL
-        if is_still:
+        if is_still and self.has_banner != wanted:
             self.has_banner = wanted
+            self._rest(BY_ITSELF)
         if self.has_banner == wanted:
             self._when_still.cancel()
         else:
             self._when_still()
 
-    def _replaced(self):
+    def _rest(self, seconds):
         self._rests_until = math.inf
 
         def count(now):
-            self._rests_until = now + SETTLES
+            self._rests_until = now + seconds
 
         from_next_frame(count)
 

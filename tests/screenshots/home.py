@@ -19,14 +19,14 @@ from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSna
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _, ngettext
-from app.screens.common.alarms_view import bell, doubts_clock, is_shelved, is_unseen
+from app.screens.common.alarms_view import bell, doubts_clock, is_shelved
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.threads import UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame.facts import OpenIssues
 from app.screens.frame.late_starts import LateSheet
-from app.screens.frame.view import banner, open_lines, zone_asked
+from app.screens.frame.view import banner, new_lines, open_lines, zone_asked
 from app.screens.home.facts import HomeFacts
 from app.screens.home.screen import HomeScreen, HomeViewModel
 from app.screens.rescue import Damage, NotStarted
@@ -190,9 +190,7 @@ def show_issues(frame: Any, issues: OpenIssues, robots: Mapping[int, Robot], set
     bar.clock_in_doubt = any(map(doubts_clock, issues.alarms))
     lines = open_lines(issues.alarms, sample.NOW)
     shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, sample.NOW)]
-    bar.bell_icon, bar.bell_count = bell(
-        sum(is_unseen(alarm) for line in lines for alarm in line), len(lines), len(shelved)
-    )
+    bar.bell_icon, bar.bell_count = bell(len(new_lines(lines)), len(lines), len(shelved))
 
 
 stopped = sample.without_veikko  # as ``ALARMS`` say

@@ -17,7 +17,7 @@ from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import ScreenBase, ViewModel
 from app.screens.frame.facts import FrameServices
-from app.screens.frame.view import open_lines
+from app.screens.frame.view import new_lines, open_lines
 from app.services.live.alarms import LONGEST_NOTE
 from app.widgets import load_kv
 from app.widgets.items import Item, Tab
@@ -102,8 +102,8 @@ class AlarmsModel(ViewModel):
         self.rows = [item for group in groups for item in self._items(group)]
         new = [item.key for item in self.rows if self.tab == "open" and any(map(is_unseen, self._meant_by(item.key)))]
         self.unseen = new
-        count = len({alarm.id for key in new for alarm in self._meant_by(key) if is_unseen(alarm)})
-        self.head = ngettext("{n} new", "{n} new", count).format(n=count) if count else ""
+        count = len(new_lines(lines))
+        self.head = ngettext("{n} new", "{n} new", count).format(n=count) if count and self.tab == "open" else ""
         if self.tab == "past" and self.rows:
             self.head = past_count(len(self.rows), self._past_total)
         is_reading = self.tab == "past" and self._past is None

@@ -27,6 +27,7 @@ from app.screens.frame.view import (
     banner,
     counting_down,
     held_back,
+    new_lines,
     open_lines,
     whose_plan,
     zone_asked,
@@ -140,7 +141,7 @@ class FrameController:
         self._frame.banner = banner(said, facts.robots, facts.settings, now, self._shell.navigator.current)
         bar.clock_in_doubt = any(map(doubts_clock, issues.alarms))
         lines = open_lines(issues.alarms, now)
-        new = sum(alarm.acknowledged_at is None for line in lines for alarm in line)
+        new = len(new_lines(lines))
         shelved = [alarm for alarm in issues.alarms if is_shelved(alarm, now) and not is_over(alarm)]
         bar.bell_icon, bar.bell_count = bell(new, len(lines), len(shelved))
         self._dimming.look(not new and is_night(facts.settings, now))

@@ -56,11 +56,7 @@ def banner(
         )
     if counting := counting_down(issues.late_starts):
         return BannerView(counting_words(counting, now), "attention", "timer-alert-outline", _("Hold all"), Act.HOLD)
-    new = [
-        group  # also what can't be acknowledged: nothing can be written
-        for group in open_lines(issues.alarms, now)
-        if group[0].acknowledged_at is None and not is_over(group[0])
-    ]
+    new = [group for group in new_lines(open_lines(issues.alarms, now)) if not is_over(group[0])]
     urgent = [group for group in new if group[0].priority is Priority.HIGH and _is_of_tablet(group[0])]
     holds = [hold for hold in issues.holds if not hold.clock and not hold.is_over(now)]
     hold = min(holds, key=lambda hold: hold.reason == CHECK_UP, default=None)  # which ends by itself
@@ -85,6 +81,11 @@ def open_lines(alarms: Iterable[Alarm], now: datetime) -> list[Together]:
     """All that are open and not shelved, those of one cause together, the most serious first."""
     standing = (alarm for alarm in alarms if not is_shelved(alarm, now))
     return sorted(together(standing, now), key=lambda group: min(map(urgency, group)))
+
+
+def new_lines(lines: Iterable[Together]) -> list[Together]:
+    """Those of them that are not acknowledged, as the bell and the page count them."""
+    return [group for group in lines if group[0].acknowledged_at is None]
 
 
 def _is_of_robot(alarm: Alarm) -> bool:

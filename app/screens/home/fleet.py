@@ -336,12 +336,12 @@ def counts(groups: Iterable[Group], only: Group | None) -> tuple[Option, ...]:
     )
 
 
-def heading(looks: Sequence[Look], alarms: int) -> tuple[str, str]:
-    """In place of the list where no robot needs a person: text and icon. ``alarms`` are open, shelved ones among them."""
+def heading(looks: Sequence[Look], has_alarms: bool) -> tuple[str, str]:
+    """In place of the list where no robot needs a person: text and icon. Open alarms are counted at the bell."""
     if not all(each.is_known for each in looks):
         return formats.NOTHING, "timer-sand"
-    if alarms:
-        return ngettext("{n} alarm", "{n} alarms", alarms).format(n=alarms), "bell-outline"
+    if has_alarms:
+        return _("Alarms"), "bell-outline"
     return _("All well"), "check"
 
 

@@ -108,7 +108,7 @@ class FleetViewModel(FleetState, ViewModel):
     ) -> None:
         super().__init__()
         self._services, self._shell, self._open_robot, self._command = services, shell, open_robot, command
-        self._settings, self._alarms = Settings(), 0
+        self._settings, self._has_alarms = Settings(), False
         self._holds: tuple[Hold, ...] = ()
         self._groups: tuple[RobotGroup, ...] = ()
         self._robots: Mapping[int, Robot] = {}  # in their places
@@ -151,9 +151,9 @@ class FleetViewModel(FleetState, ViewModel):
     # ------------------------------------------------------------------ what is known
     def take(self, facts: HomeFacts) -> None:
         """What Home has read."""
-        self._settings, self._alarms, self._holds, self._groups = (
+        self._settings, self._has_alarms, self._holds, self._groups = (
             facts.settings,
-            facts.alarms,
+            facts.has_alarms,
             facts.holds,
             facts.groups,
         )
@@ -302,7 +302,7 @@ class FleetViewModel(FleetState, ViewModel):
         if bool(pane.title) != bool(self.pane.title) and not by_hand:
             rest.after_opening(BY_ITSELF)  # all cells move, and buttons come in their places
         self.counts, self.pane = list(shown), pane
-        self.heading, self.heading_icon = heading(looks, self._alarms)
+        self.heading, self.heading_icon = heading(looks, self._has_alarms)
         self._show_cells(looks)
 
     def _show_cells(self, looks: list[Look]) -> None:

@@ -307,7 +307,7 @@ def looks_of(facts) -> list[Look]:
 def test_any_robot_of_a_fleet_says_how_many_are_free():
     found = looks_of(fleet_facts.of_fleet(sample.READY, sample.EXECUTING, sample.CHARGING, sample.FAILED))
     assert [(each.cell.name, each.cell.fact, each.cell.icon) for each in found[:2]] == [
-        ("Hall 2", "2 of 4 free", "robot"),
+        ("Any of Hall 2", "2 of 4 free", "robot"),
         ("MiR 1", "Ready", "check-circle-outline"),
     ]
     alone = looks_of(fleet_facts.of_fleet())
@@ -356,9 +356,9 @@ def test_only_normal_robots_are_counted_in_the_head():
 
 def test_all_is_well_only_if_all_are_known_and_nothing_is_open():
     ready = numbered(1, sample.READY)
-    assert heading([ready], 0)[0] == "All well"
-    assert heading([ready], 2)[0] == "2 alarms"
-    assert heading([ready, seen(AINO, RobotSnapshot(1))], 0)[0] == "–"
+    assert heading([ready], has_alarms=False)[0] == "All well"
+    assert heading([ready], has_alarms=True)[0] == "Alarms"
+    assert heading([ready, seen(AINO, RobotSnapshot(1))], has_alarms=False)[0] == "–"
 
 
 HALLS = (RobotGroup("Hall 1", (1, 2), id=1), RobotGroup("Yard", (2, 3), id=2))
