@@ -548,7 +548,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class DayException:
-    """Exceptions to the weekly working days: closed days, or extra working days. Both ends are included."""
+    """Exceptions to the weekly working days: days off, or extra working days. Both ends are included."""
 
     name: str
     first_day: date

@@ -1,4 +1,5 @@
-"""A month whose days show whether they are working days, days off, closed days or extra working days; a day can be tapped."""
+"""A month whose days show whether they are working days, days off (of the week or of the calendar) or extra working days; a day can
+be tapped."""
 
 from kivy.factory import Factory
 from kivy.metrics import dp
@@ -20,7 +21,7 @@ STATUSES = ("work", "free", "closed", "extra")
 
 
 class DayFace(Chart):
-    """A day of a month in one drawing, as a month has 42 of them. Hatched if it is not a working day, with a border if
+    """A day of a month in one drawing, as a month has 42 of them. Hatched if it is a day off, with a border if
     that is an exception; its number, and an icon next to it."""
 
     number = StringProperty()

@@ -197,6 +197,6 @@ def test_a_rule_that_names_no_day_takes_little_time(starts, rule):
 def test_a_calendar_bomb_is_refused_in_one_sentence(container, tmp_path):
     bomb = tmp_path / "bomb.ics"
     bomb.write_bytes(calendar([EVERY_DAY]))
-    with pytest.raises(InvalidInput, match=r"bomb\.ics is too large for a calendar of closed days"):
+    with pytest.raises(InvalidInput, match=r"bomb\.ics is too large for a calendar of days off"):
         container.calendar_files.read(str(bomb))
     assert container.catalogue.day_exceptions() == []

@@ -46,6 +46,7 @@ def test_no_screen_shows_a_command_for_a_shell():
 
 OLD_WORDS = re.compile(
     r"""\(s\) | Waits\ for\ an\ answer | Odottaa\ vastausta | Ajastin | Pidossa | Luvut | Rajat | [Mm]ikä\ tahansa | Ei\ yhteyttä
+    | (?i:not\ a\ working\ day | closed\ days? | ei\ työpäivä | suljet\w+\ päiv\w+) | Closed\b | Suljettu\b
     | \b(?i:executing | is\ told | put\ right | handed\ over | held | released | aborted | unreachable | disconnected | offline)\b
     | \b(?:guid | IP | IP-osoit\w+)\b""",
     re.VERBOSE,
@@ -188,4 +189,4 @@ def test_a_date_without_its_schedule_reads_in_finnish(finnish):
     sunday = Schedule("x", 1, 1, datetime(2026, 11, 29, 6, 30), "Europe/Helsinki")
     with pytest.raises(InvalidInput) as refused:
         one_time_on_working_day(sunday, WorkingCalendar(Settings()))
-    assert render(refused.value.message, finnish.gettext).startswith("2026-11-29 (sunnuntai) ei ole työpäivä")
+    assert render(refused.value.message, finnish.gettext).startswith("2026-11-29 (sunnuntai) on vapaapäivä")

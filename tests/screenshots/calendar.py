@@ -1,4 +1,4 @@
-"""The exception calendar: its card in Settings, the dialog, and closed days in the Scheduler."""
+"""The exception calendar: its card in Settings, the dialog, and days off in the Scheduler."""
 
 from __future__ import annotations
 

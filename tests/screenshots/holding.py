@@ -1,4 +1,4 @@
-"""Holding starts: the sheet, what is held on the timeline and in the list; a paused schedule; a closed day."""
+"""Holding starts: the sheet, what is held on the timeline and in the list; a paused schedule; a day off."""
 
 from __future__ import annotations
 

@@ -117,8 +117,8 @@ def test_days_off(app, new_lines):
     app.catalogue.restore(app.catalogue.remove_days(days.id))
     changed = "extra working days 'Audit' 2026-12-01 of each year"
     assert new_lines() == [
-        "closed days 'Audit' 2026-12-01–2026-12-02 added",
-        f"closed days 'Audit' 2026-12-01–2026-12-02 → {changed}",
+        "days off 'Audit' 2026-12-01–2026-12-02 added",
+        f"days off 'Audit' 2026-12-01–2026-12-02 → {changed}",
         f"{changed} removed",
         f"{changed} put back",
     ]

@@ -167,8 +167,8 @@ def test_the_list_of_schedules_and_their_names_stay_as_they_were(plant):
         (at(24), local(23, 6, 0), "choose a time in the future"),
         (at(24, 7, 0), local(24, 9, 0), "this schedule no longer has this start"),
         (at(23, 5, 0), local(24, 9, 0), "the time of this start has passed"),
-        (at(24), local(28, 9, 0), "Saturday, which is not a working day"),
-        (at(24), local(26, 9, 0), "not a working day: Inventory"),
+        (at(24), local(28, 9, 0), "Saturday, a day off"),
+        (at(24), local(26, 9, 0), "a day off: Inventory"),
     ],
 )
 def test_what_can_t_be_is_refused_and_nothing_is_written(plant, instant, to, why):

@@ -252,7 +252,7 @@ def test_a_block_says_as_much_as_it_has_room_for(ui, until, words):
 def test_why_a_day_is_closed_is_written_where_no_bar_covers_it_or_not_at_all(ui, monkeypatch):
     written = []
     monkeypatch.setattr(lanes_frame, "text", lambda words, x, y, *_args, **_kw: written.append((words, y)))
-    why, full = "Saturday: not a working day", [Bar(n, n, n + 0.5) for n in range(24)]
+    why, full = "Saturday: day off", [Bar(n, n, n + 0.5) for n in range(24)]
 
     def where(*lanes: list[Bar]) -> list[int]:
         written.clear()

@@ -53,7 +53,7 @@ class Range:
 
 
 def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: Iterable[datetime]) -> Iterable[Band]:
-    """Days without work. ``taken``: times of bars; between them closed days are folded, except around ``unfolded``."""
+    """Days without work. ``taken``: times of bars; between them days off are folded, except around ``unfolded``."""
     zone, days = facts.zone, []  # type: ZoneInfo, list[Band]
     first = read.instant(read.low).astimezone(zone).date()
     for n in range(int((read.high - read.low) / 24) + 3):
@@ -65,9 +65,7 @@ def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: 
         status = facts.calendar.day_status(day)
         if begins < ends and not status.is_working:
             name = status.name or formats.current().weekdays[day.weekday()]
-            days.append(
-                Band(begins, ends, _("{weekday}: not a working day").format(weekday=name[:1].upper() + name[1:]))
-            )
+            days.append(Band(begins, ends, _("{weekday}: day off").format(weekday=name[:1].upper() + name[1:])))
     shown = [read.at(instant) for instant in unfolded]
     folds = [
         Band(start, end, _no_work(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")

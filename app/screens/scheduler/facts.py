@@ -40,7 +40,7 @@ HOURS = 8  # that the plan shows at first
 MARGIN = 0.5  # read on both sides of the visible part, so that dragging finds content there
 DAYS = 7
 BEFORE = timedelta(hours=1)  # of the past stays in sight
-LONGEST_BREAK = timedelta(days=60)  # of successive closed days that can be folded, with the visible part around them
+LONGEST_BREAK = timedelta(days=60)  # of successive days off that can be folded, with the visible part around them
 MOST_PAST = 5000  # runs of the past in one window
 
 

@@ -125,7 +125,7 @@ def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) ->
         case ConcernCode.LOW_BATTERY:
             return _("Battery too low {n} times lately").format(n=details["count"])
         case ConcernCode.DAY_OFF:
-            return _("Begins after {day}, not a working day").format(day=formats.wall_day(details["day"]))
+            return _("Begins after {day}, a day off").format(day=formats.wall_day(details["day"]))
         case ConcernCode.WEEKDAYS_OFF:
             return _weekdays_off(details)
         case ConcernCode.CLOSED_DAYS:
@@ -151,11 +151,7 @@ def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) ->
 
 
 def _weekdays_off(details: Mapping[str, Any]) -> str:
-    text = (
-        _("{days}: not a working day, so it never starts")
-        if details["all"]
-        else _("{days}: not a working day, so nothing starts then")
-    )
+    text = _("{days}: day off, so it never starts") if details["all"] else _("{days}: day off, so nothing starts then")
     return text.format(days=", ".join(formats.current().weekdays[day] for day in details["weekdays"]))
 
 
@@ -191,4 +187,4 @@ def _closed(days: list[tuple[date, str]]) -> str:
     left = len(days) - MOST_DAYS
     if left > 0:
         said = _("{days} and {n} more").format(days=said, n=left)
-    return _("Closed: {days}").format(days=said)
+    return _("Days off: {days}").format(days=said)

@@ -257,9 +257,9 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
     status = facts.calendar.day_status(draft.day)
     if draft.kind is Kind.ONCE and draft.respect_working_days and not status.is_working:
         if status.name:
-            return "day", _("Not a working day: {name}").format(name=status.name)
+            return "day", _("Day off: {name}").format(name=status.name)
         weekday = formats.current().weekdays[draft.day.weekday()]
-        return "day", _("{weekday} is not a working day").format(weekday=weekday[:1].upper() + weekday[1:])
+        return "day", _("{weekday} is a day off").format(weekday=weekday[:1].upper() + weekday[1:])
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
     if _is_over(draft, schedule, now):
@@ -385,7 +385,7 @@ def _left_out(
         day = first + timedelta(days=n)
         if WEEKDAYS[day.weekday()] in closed:
             at = datetime.combine(day, draft.at, zone).astimezone(UTC)
-            yield at, StartRow(f"{dated(day, today)} · {_('not a working day')}", "calendar-remove")
+            yield at, StartRow(f"{dated(day, today)} · {_('day off')}", "calendar-remove")
 
 
 def _shown(forecast: Forecast) -> list[datetime]:

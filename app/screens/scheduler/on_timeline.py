@@ -266,7 +266,7 @@ class OnTimeline(ViewModel):
 
     @property
     def shown_until(self) -> datetime:
-        """The end of what the plan shows, without closed days in it."""
+        """The end of what the plan shows, without days off in it."""
         return self._window.start(self._services.clock.now(), self._facts.zone) + timedelta(hours=self._window.hours)
 
     # ------------------------------------------------------------------ fingers

@@ -1,4 +1,4 @@
-"""Settings, Conditions: closed days and extra working days, by hand, by country, from a file."""
+"""Settings, Conditions: days off and extra working days, by hand, by country, from a file."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class CalendarPart(MDBoxLayout):
 
     # ------------------------------------------------------------------ single entries
     def choose_day(self, day: date) -> None:
-        """Edit the entry of a day, or begin one that turns a working day into a closed day or the other way round."""
+        """Edit the entry of a day, or begin one that turns a working day into a day off or the other way round."""
         status = self._context.facts.calendar.day_status(day)
         if status.ground is Ground.OWN:
             self._edit(status.exception_id)
@@ -99,7 +99,7 @@ class CalendarPart(MDBoxLayout):
         self._context.run(
             public_holidays.countries,
             lambda names: self._context.shell.dialogs.choose(
-                _("Closed on the public holidays of"),
+                _("Public holidays"),
                 view.country_options(names),
                 lambda code: self._save_holidays(code, ""),
                 selected=self._context.facts.settings.holiday_country,
@@ -148,7 +148,7 @@ class CalendarPart(MDBoxLayout):
             files.places,
             ".ics",
             lambda sheet: sheet.run(files.read, read),
-            what=_("Closed days"),
+            what=_("Days off"),
             foot=_("Import"),
         )
         sheets.show(sheet)
@@ -197,7 +197,7 @@ class EventsSheet(Sheet):
 
 
 class DaysSheet(PlainSheet):
-    """Closed days or extra working days: the first and the last day, and their name."""
+    """Days off or extra working days: the first and the last day, and their name."""
 
     kind = "exceptions"
     at_once = True

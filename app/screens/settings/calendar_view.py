@@ -71,7 +71,7 @@ def entries(facts: SettingsFacts, year: int, month: int, chosen: int | None = No
 
 
 def _entry(exception: DayException, begins: date, ends: date, *, is_chosen: bool) -> Item:
-    notes = [span(begins, ends), _("extra working day") if exception.is_working else _("closed")]
+    notes = [span(begins, ends), *([_("extra working day")] if exception.is_working else [])]
     if exception.yearly:
         notes.append(_("every year"))
     if exception.source:
@@ -203,7 +203,7 @@ def _left_out(why: LeftOut, n: int) -> str:
 
 def imported_sentence(added: Sequence[DayException]) -> str:
     n = days_in(added)
-    return ngettext("{n} closed day imported", "{n} closed days imported", n).format(n=n)
+    return ngettext("{n} day off imported", "{n} days off imported", n).format(n=n)
 
 
 def removed_sentence(exception: DayException) -> str:

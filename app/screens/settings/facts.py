@@ -66,7 +66,7 @@ class SettingsFacts:
     fleet_reports: Mapping[int, Report] = field(default_factory=dict)  # the same, by fleet id
     left_behind: frozenset[int] = frozenset()  # robots with remaining changes of a check-up
     backups: tuple[FoundFile, ...] = ()  # newest first
-    exceptions: tuple[DayException, ...] = ()  # closed days and extra working days
+    exceptions: tuple[DayException, ...] = ()  # days off and extra working days
     country: str = ""  # name of the country of the public holidays; empty: none
     region: str = ""  # name of its part
     has_pin: bool = False

@@ -103,7 +103,7 @@ class Catalogue:
         return self._schedules.get(self._db.read(), schedule_id)
 
     def day_exceptions(self) -> list[DayException]:
-        """Closed days and extra working days."""
+        """Days off and extra working days."""
         return self._calendar.all(self._db.read())
 
     def settings(self) -> Settings:
@@ -187,7 +187,7 @@ class Catalogue:
 
     # ------------------------------------------------------------------ days off and extra working days
     def save_days(self, exception: DayException) -> DayException:
-        """Add (id 0) or change closed days or extra working days; they take precedence over the days of the week."""
+        """Add (id 0) or change days off or extra working days; they take precedence over the days of the week."""
         return self.edit(lambda edit: settings_edit.save_days(edit, [exception]))[0]
 
     def remove_days(self, *ids: int) -> Removed:

@@ -54,10 +54,10 @@ def of_idle_rule(rule: IdleRule | None, mission: Mission | None) -> dict[str, ob
 
 
 def days(exception: DayException) -> str:
-    """ "closed days 'Audit' 2026-11-23–2026-11-24"."""
+    """ "days off 'Audit' 2026-11-23–2026-11-24"."""
     last = "" if exception.last_day == exception.first_day else f"–{exception.last_day}"
     return (
-        f"{'extra working' if exception.is_working else 'closed'} days {exception.name!r} {exception.first_day}{last}"
+        f"{'extra working days' if exception.is_working else 'days off'} {exception.name!r} {exception.first_day}{last}"
         f"{' of each year' if exception.yearly else ''}"
     )
 

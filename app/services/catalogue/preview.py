@@ -298,7 +298,7 @@ def _begins_on_day_off(draft: Schedule, now: datetime, calendar: WorkingCalendar
 def _closed_days(
     draft: Schedule, starts: tuple[Occurrence, ...], after: datetime, calendar: WorkingCalendar
 ) -> Iterator[tuple[date, str]]:
-    """The closed days, with their names, on which the rule would have had a start before the last one shown."""
+    """The days off, with their names, on which the rule would have had a start before the last one shown."""
     if draft.recurrence is None or not draft.respect_working_days or not starts or not calendar.has_exceptions:
         return
     last = None

@@ -129,14 +129,14 @@ def one_time_on_working_day(schedule: Schedule, calendar: WorkingCalendar) -> No
     if status.name:
         raise InvalidInput(
             "start",
-            "{day} is not a working day: {name}. Choose another day or do not respect working days",
+            "{day} is a day off: {name}. Choose another day or do not respect working days",
             day=f"{day:%Y-%m-%d}",
             name=status.name,
             next=next_day,
         )
     raise InvalidInput(
         "start",
-        "{day} is a {weekday}, which is not a working day: choose another day or do not respect working days",
+        "{day} is a {weekday}, a day off: choose another day or do not respect working days",
         day=f"{day:%Y-%m-%d}",
         weekday=_WEEKDAY_NAMES[day.weekday()],
         next=next_day,
@@ -144,7 +144,7 @@ def one_time_on_working_day(schedule: Schedule, calendar: WorkingCalendar) -> No
 
 
 def day_exception(exception: DayException) -> DayException:
-    """Closed days or extra working days."""
+    """Days off or extra working days."""
     exception = fields.checked(exception, fields.DAY)
     if exception.last_day < exception.first_day:
         raise InvalidInput("last_day", "the last day is before the first")

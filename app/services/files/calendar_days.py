@@ -66,7 +66,7 @@ class _Endless(Exception):
 
 
 def read_days(content: bytes, name: str, plant: ZoneInfo, today: date) -> Found:
-    """Closed days of an .ics file; ``name`` is for events without one, ``plant`` the zone of the plant. Raises ics.NotACalendar and
+    """Days off of an .ics file; ``name`` is for events without one, ``plant`` the zone of the plant. Raises ics.NotACalendar and
     ics.TooMuch."""
     budget = ics.Budget(MOST_DATES, LONGEST_READING_S)
     found, is_whole = ics.components(content)

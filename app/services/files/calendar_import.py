@@ -1,4 +1,4 @@
-"""Closed days from an .ics file, such as a company's calendar or a list of school holidays: read first, and taken as a person chooses."""
+"""Days off from an .ics file, such as a company's calendar or a list of school holidays: read first, and taken as a person chooses."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class CalendarFiles(DataFiles):
         except ics.TooMuch:
             raise InvalidInput(
                 "path",
-                "{path} is too large for a calendar of closed days: export only those, and for a few years",
+                "{path} is too large for a calendar of days off: export only those, and for a few years",
                 path=source,
             ) from None
         if not found.events:

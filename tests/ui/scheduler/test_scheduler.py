@@ -334,7 +334,7 @@ def test_nothing_can_be_saved_before_a_mission_is_chosen(screen, ui):
 def test_a_day_without_work_is_refused_at_the_field_and_any_day_allows_it(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 21))
-    assert field(ui, "Day").problem == "Saturday is not a working day"
+    assert field(ui, "Day").problem == "Saturday is a day off"
     assert save_button(ui).disabled
     remedy(screen, ui, "Run anyway")
     assert field(ui, "Day").problem == ""

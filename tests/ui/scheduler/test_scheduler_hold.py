@@ -254,7 +254,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     assert not [words for *_hours, words, _kind in ui.find(Lanes).bands if words.startswith("Saturday")]
     choose(screen, ui, "Mission", KITS)
     pick_day(screen, ui, "Day", date(2026, 11, 23))
-    assert ui.find(Field, label="Day").problem == "Not a working day: Stocktaking"
+    assert ui.find(Field, label="Day").problem == "Day off: Stocktaking"
     pick_day(screen, ui, "Day", date(2026, 11, 21))
     save(screen, ui)
     assert any(
@@ -264,7 +264,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     container.catalogue.save_days(DayException("Power cut", date(2026, 11, 20), date(2026, 11, 20)))
     screen.plan.to_now()
     settle(screen, ui)
-    assert "Power cut: not a working day" in [band.text for band in ui.find(Lanes).bands]
+    assert "Power cut: day off" in [band.text for band in ui.find(Lanes).bands]
     assert [(band.end, band.text) for band in ui.find(Lanes).bands if band.kind == "folded"][:1] == [
         (11.0, "Fri, no work")
     ]

@@ -332,8 +332,8 @@ def test_tapping_the_break_unfolds_a_weekend_and_tapping_closed_time_folds_it(sc
     ui.tap_at(*timeline.to_window((left + right) / 2, timeline._drawing.frame.middle(1)))
     settle(screen, ui)
     assert [(band.text, band.kind) for band in timeline.bands] == [
-        ("Saturday: not a working day", "closed"),
-        ("Sunday: not a working day", "closed"),
+        ("Saturday: day off", "closed"),
+        ("Sunday: day off", "closed"),
     ]
     assert timeline.left_of(weekend.start) == pytest.approx(left)
     ui.tap_at(*timeline.to_window(left + 100, timeline._drawing.frame.middle(1)))

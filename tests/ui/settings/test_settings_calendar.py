@@ -1,4 +1,4 @@
-"""The exception calendar in an integrator's hands: by hand, by country, from a file; closed days in the Scheduler."""
+"""The exception calendar in an integrator's hands: by hand, by country, from a file; days off in the Scheduler."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     ui.wait(lambda: len(entries(site)) == 1)
     [stored] = entries(site)
     assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
-    ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · closed"] and not ui.find_all(DaysSheet))
+    ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov"] and not ui.find_all(DaysSheet))
     assert [cell.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
 
     tap(ui, MonthDay, text="23")  # a day of it opens it
@@ -90,7 +90,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     assert (sheet.title, sheet.it.name) == ("Summer break", "Summer break")
     ui.tap(ui.find(Toggle, root=sheet))
     ui.wait(lambda: entries(site)[0].yearly)  # at once
-    ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · closed · every year"])
+    ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov · every year"])
     ui.wait(lambda: ui.find_all(Tap, root=ui.find(Snackbar)))
     undo(ui)
     ui.wait(lambda: entries(site) == [stored] and not sheet.it.yearly)
@@ -204,14 +204,14 @@ def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui
         ("Meeting", "Fri 27 Nov 2026", False),
     ]
     assert entries(site) == []
-    press(ui, "Close these days", sheet)
-    ui.wait(lambda: says(ui, "2 closed days imported"))
+    press(ui, "Make these days off", sheet)
+    ui.wait(lambda: says(ui, "2 days off imported"))
     assert [(entry.name, entry.source) for entry in entries(site)] == [("Audit", "plant.ics")]
     sheet = import_again(ui)
     assert (sheet.title, sheet.foot_off) == ("0 of 1 chosen", "Choose days")
     assert sheet.notes == "1 event is in the calendar already\n1 past event left out"
     choose_row(ui, sheet, "Meeting")
-    press(ui, "Close these days", sheet)
+    press(ui, "Make these days off", sheet)
     ui.wait(lambda: [entry.name for entry in entries(site)] == ["Audit", "Meeting"])
     sheet = open_import(ui)
     press(ui, "Import", sheet)
@@ -221,7 +221,7 @@ def test_the_days_of_a_calendar_file_are_shown_and_taken_as_ticked(site, app, ui
 def test_an_import_can_be_undone_at_once(site, app, ui):
     sheet = import_file(site, ui, *EVENTS)
     press(ui, "All", sheet)
-    press(ui, "Close these days", sheet)
+    press(ui, "Make these days off", sheet)
     ui.wait(lambda: ui.find_all(Snackbar) and ui.find_all(Tap, root=ui.find(Snackbar)))
     assert len(entries(site)) == 2
     undo(ui)
@@ -243,7 +243,7 @@ def test_two_thousand_days_are_shown_and_ticked_without_waiting(site, app, ui):
     press(ui, "None", sheet)
     choose_row(ui, sheet, "Day 0")
     assert process_time() - begins < 5
-    press(ui, "Close these days", sheet)
+    press(ui, "Make these days off", sheet)
     ui.wait(lambda: len(entries(site)) == 1)
 
 

@@ -68,7 +68,7 @@ def test_a_region_of_another_country_is_refused_and_nothing_changes(world):
 
 def test_a_one_time_start_on_a_closed_day_is_refused_by_name(world):
     world.catalogue.save_days(CLOSED)
-    with refuses("start", "2026-11-24 is not a working day: Inventory"):
+    with refuses("start", "2026-11-24 is a day off: Inventory"):
         world.schedule(recurrence=None)
     assert world.schedule(recurrence=None, respect_working_days=False).next_at is not None
 
@@ -81,7 +81,7 @@ def test_a_one_time_start_on_an_extra_working_saturday_is_taken(world):
 @pytest.mark.parametrize(
     "change",
     [lambda catalogue: catalogue.save_days(CLOSED), lambda catalogue: catalogue.change_settings(working_days=["SU"])],
-    ids=["closed days", "working days"],
+    ids=["days off", "working days"],
 )
 def test_due_starts_stay_due(world, change):
     daily = world.schedule()

@@ -197,6 +197,6 @@ def test_an_invalid_schedule_is_reported_at_its_field_and_changes_nothing(world,
 
 def test_a_one_time_schedule_on_a_day_off_is_refused(world):
     sunday = datetime(2026, 11, 29, 6, 30)
-    with refuses("start", "2026-11-29 is a Sunday, which is not a working day"):
+    with refuses("start", "2026-11-29 is a Sunday, a day off"):
         world.schedule(start=sunday, recurrence=None)
     assert world.schedule(start=sunday, recurrence=None, respect_working_days=False).next_at is not None

@@ -392,7 +392,7 @@ def test_null_working_days_mean_every_day(tablet):
 def test_a_one_time_schedule_is_judged_by_the_working_days_of_the_same_file(tablet):
     sunday = {"name": "Once", "robot": "R1", "mission": "Home", "start": "2026-11-29T06:30"}
     document = {**FULL, "schedules": [sunday]}
-    with pytest.raises(InvalidInput, match="not a working day"):
+    with pytest.raises(InvalidInput, match="a day off"):
         tablet.take(document)
     tablet.take({**document, "settings": {"working_days": ["SU"]}})
     assert tablet.take(settings={"working_days": ["MO"]}, schedules=[sunday]) == [

@@ -214,7 +214,7 @@ def test_closed_and_extra_days_country_favourites_and_display_come_along(tablet,
         "Working days: Mon, Tue, Wed, Thu, Fri → Mon, Tue",
         "Glove mode: no → yes",
         "Region: none → Bayern",
-        "closed days added: Inventory",
+        "days off added: Inventory",
         "extra working days added: Saturday",
     ]
     assert other.export() == without_passwords(exported)

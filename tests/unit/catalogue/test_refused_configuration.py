@@ -106,7 +106,7 @@ BAD: list[tuple[str, Any, str, str]] = [
         "schedules.1.start",
         "2026-11-25T06:30",
         "schedules[1].start",
-        "2026-11-25 is a Wednesday, which is not a working day",
+        "2026-11-25 is a Wednesday, a day off",
     ),
 ]
 

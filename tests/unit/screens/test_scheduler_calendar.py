@@ -1,4 +1,4 @@
-"""Closed days and extra working days in the Scheduler's words and bars."""
+"""Days off and extra working days in the Scheduler's words and bars."""
 
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
@@ -38,7 +38,7 @@ def noted(*concerns):
 def test_the_timeline_hatches_a_closed_day_under_its_name():
     unfolded = Window(unfolded=frozenset({NOW + timedelta(days=1)}))
     audit = timeline(FACTS, NOW, unfolded).bands[-1]
-    assert audit == (11.0, 35.0, "Audit: not a working day", "closed")
+    assert audit == (11.0, 35.0, "Audit: day off", "closed")
     assert timeline(FACTS, NOW).bands[0] == (11.0, 35.0, "Fri, no work", "folded")
 
 
@@ -54,14 +54,14 @@ def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
 
 def test_a_one_time_start_on_a_closed_day_is_refused_at_the_day_with_its_name():
     shown = form_view.present(FACTS, draft(day=FRIDAY), Preview(Forecast()), NOW)
-    assert shown.problem_at("day") == shown.why == "Not a working day: Audit"
+    assert shown.problem_at("day") == shown.why == "Day off: Audit"
     assert [[option.text for option in note.remedies] for note in shown.notes] == [["Sat 21 Nov", "Run anyway"]]
 
 
 def test_warnings_name_the_days_that_are_omitted():
     one = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"),)})
-    assert noted(one) == ("Closed: Fri 20 Nov (Audit)",)
+    assert noted(one) == ("Days off: Fri 20 Nov (Audit)",)
     three = Concern(ConcernCode.CLOSED_DAYS, details={"days": ((FRIDAY, "Audit"), (SATURDAY, "x"), (SATURDAY, "y"))})
-    assert noted(three) == ("Closed: Fri 20 Nov (Audit), Sat 21 Nov, Sat 21 Nov",)
+    assert noted(three) == ("Days off: Fri 20 Nov (Audit), Sat 21 Nov, Sat 21 Nov",)
     first = Concern(ConcernCode.DAY_OFF, details={"day": FRIDAY, "name": "Audit"})
-    assert noted(first) == ("Begins after Fri 20 Nov, not a working day",)
+    assert noted(first) == ("Begins after Fri 20 Nov, a day off",)

@@ -73,7 +73,7 @@ def test_saving_does_not_wait_for_the_answer_of_the_services():
 
 def test_a_one_time_start_on_a_day_without_work_is_refused_at_the_day():
     saturday = shown(draft(day=date(2026, 11, 21)))
-    assert saturday.problem_at("day") == saturday.why == "Saturday is not a working day"
+    assert saturday.problem_at("day") == saturday.why == "Saturday is a day off"
     assert [[option.text for option in note.remedies] for note in saturday.notes] == [["Mon 23 Nov", "Run anyway"]]
     assert saturday.problem_at("time") == ""
     assert not shown(draft(day=date(2026, 11, 21), respect_working_days=False)).why
@@ -165,7 +165,7 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
         ),
         (
             Concern(ConcernCode.DAY_OFF, details={"day": date(2026, 11, 21)}),
-            "Begins after Sat 21 Nov, not a working day",
+            "Begins after Sat 21 Nov, a day off",
         ),
         (
             Concern(ConcernCode.MISSION_MISSING, details={"mission": "Waste", "robot": "Aino"}),
@@ -186,11 +186,11 @@ def test_a_schedule_that_is_off_may_be_set_to_a_later_time_but_not_to_a_past_one
         (Concern(ConcernCode.NO_START), "No more starts"),
         (
             Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5, 6), "all": True}),
-            "Saturday, Sunday: not a working day, so it never starts",
+            "Saturday, Sunday: day off, so it never starts",
         ),
         (
             Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5,), "all": False}),
-            "Saturday: not a working day, so nothing starts then",
+            "Saturday: day off, so nothing starts then",
         ),
         (
             Concern(
@@ -253,7 +253,7 @@ def test_ticked_days_that_are_no_working_days_are_said_in_the_sentence_and_among
     off = Concern(ConcernCode.WEEKDAYS_OFF, details={"weekdays": (5,), "all": False})
     last = Occurrence(start(30).instant, start(30).nominal)
     form = shown(weekend, Preview(Forecast((start(26), start(27), last), None, (off,))))
-    assert [row.text for row in form.starts][2] == "Sat 28 Nov · not a working day"
+    assert [row.text for row in form.starts][2] == "Sat 28 Nov · day off"
     [note] = form.notes
     assert [option.text for option in note.remedies] == ["Run anyway"]
     anyway = shown(replace(weekend, **dict(note.remedies[0].key)), Preview(Forecast((start(26),))))

@@ -112,8 +112,8 @@ def test_what_ended_before_the_window_is_not_drawn():
 def test_days_without_work_are_closed_and_named():
     shown = timeline(facts(), NOW, Window(unfolded=frozenset({NOW + timedelta(days=1)})))
     assert shown.bands == (
-        (11.0, 35.0, "Saturday: not a working day", "closed"),
-        (35.0, 59.0, "Sunday: not a working day", "closed"),
+        (11.0, 35.0, "Saturday: day off", "closed"),
+        (35.0, 59.0, "Sunday: day off", "closed"),
     )
     assert timeline(facts(settings=EVERY_DAY), NOW).bands == ()
 
@@ -136,7 +136,7 @@ def test_only_what_is_long_and_empty_of_the_closed_time_is_folded():
         (pytest.approx(at + 6), 59.0),
     ]
     assert [(band.start, band.end, band.text) for band in closed if band.kind == "closed"] == [
-        (pytest.approx(at), pytest.approx(at + 6), "Saturday: not a working day")
+        (pytest.approx(at), pytest.approx(at + 6), "Saturday: day off")
     ]
 
 
@@ -292,7 +292,10 @@ def test_robots_with_nothing_planned_share_one_line_that_opens():
 def test_what_stands_for_any_robot_of_a_fleet_is_none_of_them():
     either = replace(fleet_facts.ANY, id=99)
     shown = lanes(robots=(*FLEET, either))
-    assert [(lane.name, lane.line) for lane in shown][2:] == [("Hall 2", ""), ("", "48 robots with nothing planned")]
+    assert [(lane.name, lane.line) for lane in shown][2:] == [
+        ("Any of Hall 2", ""),
+        ("", "48 robots with nothing planned"),
+    ]
 
 
 HALLS = (Group("Hall 1", tuple(range(1, 11)), id=3), Group("Hall 2", (5, 11, 12), id=4), Group("Yard", (13, 40), id=5))

@@ -42,7 +42,7 @@ def test_entries_of_a_month_are_in_order_with_their_span():
     assert [(row.title, row.support, bool(row.actions)) for row in rows] == [
         ("Fair", "Sat 5 Dec · extra working day", True),
         ("Independence Day", "Sun 6 Dec · public holiday", False),
-        ("Shutdown", "Thu 24 Dec – Sun 3 Jan · closed · every year · plant.ics", True),
+        ("Shutdown", "Thu 24 Dec – Sun 3 Jan · every year · plant.ics", True),
     ]
     assert [row.title for row in view.entries(FACTS, 2031, 1)] == ["Shutdown", "Epiphany"]
     assert len({row.key for row in rows}) == len(rows)
@@ -106,7 +106,7 @@ def test_what_is_omitted_of_a_file_is_counted_with_its_reason():
 
 
 def test_an_import_says_how_many_days():
-    assert view.imported_sentence((SHUTDOWN, FAIR)) == "12 closed days imported"
+    assert view.imported_sentence((SHUTDOWN, FAIR)) == "12 days off imported"
 
 
 def test_countries_are_called_and_ordered_by_their_name_in_the_language():

@@ -207,7 +207,7 @@ class _Import:
             yield (
                 message("extra working days added: {name}", name=exception.name)
                 if exception.is_working
-                else message("closed days added: {name}", name=exception.name)
+                else message("days off added: {name}", name=exception.name)
             )
 
     # ------------------------------------------------------------------ robots when idle
