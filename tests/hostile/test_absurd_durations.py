@@ -10,7 +10,7 @@ from app.container import Container
 from app.domain import rules
 from app.domain.models import Mission, Robot, Schedule, State, Trigger
 from app.mir import parse
-from app.services.dispatch.ledger import seconds_between
+from app.services.dispatch.tracking import seconds_between
 from app.services.executions import transitions
 from tests.support.steps import steps
 

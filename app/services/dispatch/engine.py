@@ -12,7 +12,7 @@ import math
 import sqlite3
 import threading
 from collections.abc import Callable
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from typing import Protocol
 
 from app.database.connection import DatabaseError
@@ -51,20 +51,8 @@ from app.services.live.changes import NO_ROBOT, Changes, Topic
 log = logging.getLogger(__name__)
 
 POLLED_AT_ONCE = 2  # robots in a turn at least
-_REDEFINING = (
-    Topic.HOLDS,
-    Topic.SCHEDULES,
-    Topic.ROBOTS,
-    Topic.MISSIONS,
-    Topic.SETTINGS,
-)  # what is about to be sent, or withdraw it
-_DECIDING = (
-    Topic.ROBOTS,
-    Topic.SCHEDULES,
-    Topic.SETTINGS,
-    Topic.HOLDS,
-    Topic.MISSIONS,
-)  # what a choice of a robot rests on
+# Changes of them may change or withdraw what is about to be sent, and the choice of a robot.
+_REDEFINING = (Topic.HOLDS, Topic.SCHEDULES, Topic.ROBOTS, Topic.MISSIONS, Topic.SETTINGS)
 
 
 class Mailboxes(Protocol):
@@ -100,10 +88,8 @@ class Engine:
         self._alarms, self._robots, self._make_worker = alarms, robots, make_worker
         self._restored_starts, self._allocator = restored_starts, allocator
         allocator.post = lambda robot_id, start: self._mailboxes.post(robot_id, start)
-        self._poll_interval, self._probe = (
-            poll_interval,
-            probe,
-        )  # ``probe`` writes something; it raises while nothing can be written
+        self._poll_interval = poll_interval
+        self._probe = probe  # writes something; raises while nothing can be written
         self._mailboxes: Mailboxes
         self._wake: Callable[[], None] = lambda: None
         self._workers: dict[int, RobotWorker] = {}
@@ -123,7 +109,7 @@ class Engine:
         self._to_poll: list[int] = []  # robots of this cycle whose turn has not come yet
         self._in_turn = POLLED_AT_ONCE
         self._window_drives = False
-        self._announced_until: datetime | None = None  # of what is due soon
+        self._announced_until = datetime.min.replace(tzinfo=UTC)  # of what is due soon
         self._chores = Chores(clock, alarms)
         self._pruned_at = self._looked_at = self._tidied_at = -math.inf
         self._unsubscribe = changes.subscribe(self._on_change)
@@ -158,11 +144,8 @@ class Engine:
     def seconds_to_cycle(self) -> float:
         """Time until every robot is polled again, without other requests."""
         every = self._poll_interval() * (2 if self._window_drives else 1)
-        return (
-            self._cycle_at
-            + (min(every, DOUBT_POLLS_EVERY) if self._guard.is_in_doubt else every)
-            - self._clock.monotonic()
-        )
+        pause = min(every, DOUBT_POLLS_EVERY) if self._guard.is_in_doubt else every
+        return self._cycle_at + pause - self._clock.monotonic()
 
     @property
     def seconds_to_decision(self) -> float:
@@ -219,7 +202,7 @@ class Engine:
         if topic is Topic.SNAPSHOT:
             worker = self._workers.get(about or 0)
             return about in self._sought and worker is not None and worker.seen.seems_free
-        return bool(self._sought) and (topic in _DECIDING or (topic is Topic.EXECUTIONS and about in self._sought))
+        return bool(self._sought) and (topic in _REDEFINING or (topic is Topic.EXECUTIONS and about in self._sought))
 
     def _allocate_soon(self) -> None:
         """Called on any thread."""
@@ -248,13 +231,13 @@ class Engine:
                 self._planner.note_unwritable(alarm)
         judgement = self._judge_clock()
         self._may_send = judgement.is_trusted
-        if judgement.is_trusted:
+        if self._may_send:
             self._start_what_is_due()
-        if judgement.is_trusted and self._clock.monotonic() >= self._allocate_at:
-            self._allocate()
+            if self._clock.monotonic() >= self._allocate_at:
+                self._allocate()
         self._chores.do()
         self._take_turns()
-        if judgement.is_trusted:
+        if self._may_send:
             self._tidy()
         return min(self._seconds_to_next(TURN_EVERY if self._to_poll else LONGEST_WAIT), self.seconds_to_decision)
 
@@ -325,21 +308,16 @@ class Engine:
             self._mailboxes.post(robot_id, messages.NeededByGroup(robot_id in self._sought))
 
     def _readiness(self, robot_id: int) -> messages.Readiness | None:
-        worker = self._workers.get(robot_id)
-        return worker.readiness() if worker else None
+        return worker.readiness() if (worker := self._workers.get(robot_id)) else None
 
     def _due_soon(self) -> set[int]:
         """Robots with something due in a moment, announced once for each instant."""
         now, announced = self._clock.now(), self._announced_until
         until = now + timedelta(seconds=PREFETCH_LEAD)
-        if (
-            announced is not None
-            and now <= announced <= until
-            and (until - announced).total_seconds() < PREFETCH_TOGETHER
-        ):
+        if now <= announced <= until and (until - announced).total_seconds() < PREFETCH_TOGETHER:
             return set()
         self._announced_until = until
-        return self._planner.robots_due(announced if announced is not None and now < announced < until else now, until)
+        return self._planner.robots_due(announced if now < announced < until else now, until)
 
     def _seconds_to_next(self, longest: float) -> float:
         due = self._planner.next_due()

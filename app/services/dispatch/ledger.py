@@ -393,10 +393,3 @@ def describe(execution: Execution) -> str:
     if execution.reason:
         parts.append("– " + sentence(execution.reason, execution.timezone))
     return " ".join(parts)
-
-
-def seconds_between(start: datetime | None, end: datetime | None) -> float | None:
-    """The difference of two of the robot's own time stamps; its clock may be wrong, so only the difference counts."""
-    if start is None or end is None:
-        return None
-    return max(0.0, (end - start).total_seconds())

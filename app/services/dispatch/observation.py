@@ -143,17 +143,12 @@ class Observation:
         if self._identified:
             return
         identity = self._client.identify()
-        found: dict[str, Any] = {
-            "serial_number": identity.serial_number,
-            "model": identity.model,
-            "software": identity.software,
-            "identified_by": identity.identified_by,
-        }
-        if any(value and value != getattr(self.robot, name) for name, value in found.items()):
-            changes = {name: value for name, value in found.items() if value}
-            if not self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot, **changes)):
+        names = ("serial_number", "model", "software", "identified_by")
+        found: dict[str, Any] = {name: value for name in names if (value := getattr(identity, name))}
+        if any(value != getattr(self.robot, name) for name, value in found.items()):
+            if not self._s.db.write(lambda c: self._s.robots.note_identity(c, self.robot, **found)):
                 return  # edited since: asked again with the new values
-            self.robot = replace(self.robot, **changes)
+            self.robot = replace(self.robot, **found)
         self._identified, self._refused = True, False
         self.user_name = identity.user_name
         self._set_alarm("unauthorized", False)
@@ -398,6 +393,5 @@ def _is_of_fleet(error: RobotError) -> bool:
 
 def _may_have_changed(before: RobotStatus | None, status: RobotStatus, robot: Robot) -> bool:
     """Whether its software may have changed: it says so, or has booted."""
-    if status.software not in (None, robot.software):
-        return True
-    return before is not None and status.has_booted_since(before.uptime_s)
+    has_booted = before is not None and status.has_booted_since(before.uptime_s)
+    return has_booted or status.software not in (None, robot.software)

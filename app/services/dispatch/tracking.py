@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
+from datetime import datetime
 
 from app.domain.message import message
 from app.domain.models import Execution, Reason, ReasonCode, State
@@ -14,7 +15,6 @@ from app.mir.robot_vocabulary import USER_REQUEST, as_stored
 from app.mir.target import Target
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
-from app.services.dispatch.ledger import seconds_between
 from app.services.dispatch.observation import Observation
 from app.services.dispatch.timing import GONE_FOR
 from app.services.executions import transitions
@@ -180,3 +180,10 @@ def why_aborted(row: Execution, item: QueueItem, *, says_why: bool = True) -> Re
     elif words.lower().startswith(USER_REQUEST.lower()):
         return Reason(ReasonCode.USER_CANCELLED, {} if says_why else {"fleet": True})
     return Reason(ReasonCode.ROBOT_ABORTED, {"message": words} if words or says_why else {"fleet": True})
+
+
+def seconds_between(start: datetime | None, end: datetime | None) -> float | None:
+    """The difference of two of the robot's own time stamps; its clock may be wrong, so only the difference counts."""
+    if start is None or end is None:
+        return None
+    return max(0.0, (end - start).total_seconds())

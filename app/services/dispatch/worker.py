@@ -114,9 +114,9 @@ class RobotWorker:
         """The facts that the planner needs to write a start together with its intent; None: nothing can be sent at
         once. Any thread may call."""
         status, floor = self.seen.fresh_status, self.seen.highest
-        if not self.polled or status is None or floor is None or not self.robot.enabled or self._expected:
+        if not self.polled or status is None or floor is None or self._expected:
             return None
-        if self.robot.needs_check_up:
+        if not self.robot.enabled or self.robot.needs_check_up:
             return None
         if self._s.holds.active(self.robot.id) or self._s.clearing.is_of(self.robot.id):
             return None
@@ -251,13 +251,11 @@ class RobotWorker:
     def _open_ids(self, status: RobotStatus, full: bool) -> tuple[set[int] | None, RobotError | None]:
         """Items of its queue, if that is read now; or why it can't be, though the robot answers: the app's items are
         still asked for by number."""
+        looks = full or self._watched or self._is_sought or self._duplicates.is_watching or self.seen.answers_in_part
         try:
-            return self._read_queue(status, full) if self._reads_queue(full) else None, None
+            return self._read_queue(status, full) if looks else None, None
         except NO_LIST as problem:
             return None, problem
-
-    def _reads_queue(self, full: bool) -> bool:
-        return full or self._watched or self._is_sought or self._duplicates.is_watching or self.seen.answers_in_part
 
     def _follow_switched_off(self) -> None:
         """Without a password nothing can be asked: running missions stay unchanged until it is entered."""
@@ -317,12 +315,9 @@ class RobotWorker:
         rule, db = self.robot.idle, self._s.db.read()
         if rule is None or self.robot.needs_check_up:
             return
-        last, idle_seconds = (
-            self._s.robots.idle_queue_id(db, self.robot.id),
-            self._idle.seconds(self._clock.monotonic()),
-        )
+        last = self._s.robots.idle_queue_id(db, self.robot.id)
         if (
-            not self._idle_mission_is_due(last, idle_seconds)
+            not self._idle_mission_is_due(last, self._idle.seconds(self._clock.monotonic()))
             or any(row.trigger is Trigger.IDLE for row in self._s.ledger.open_for(self.robot.id))
             or self._queue_was_reset(last)
         ):
@@ -334,24 +329,16 @@ class RobotWorker:
         except RobotError:
             return
         if (mission := self._s.missions.get(db, rule.mission_id)) and self._s.holds.active(self.robot.id) is None:
-            row = rules.one_off(
-                Trigger.IDLE,
-                self.robot,
-                mission,
-                self._s.settings(),
-                self._clock.now(),
-                str(uuid.uuid4()),
-                queue_floor=self.seen.highest,
-            )
+            settings, now, token = self._s.settings(), self._clock.now(), str(uuid.uuid4())
+            row = rules.one_off(Trigger.IDLE, self.robot, mission, settings, now, token, queue_floor=self.seen.highest)
             self._s.ledger.add_idle(row, self.robot, self.seen.last_use)
             self._ledger_changed = True
 
     def _queue_was_reset(self, last_queue_id: int | None) -> bool:
         """Whether the robot's numbers seem to have begun again, though its last idle mission still exists or can't be
-        read: a list that ends too early gives too low a number."""
-        if last_queue_id is None or self.seen.highest is None or self.seen.highest >= last_queue_id:
-            return False
-        if not self._client.capabilities.own_queue:  # whose list does not have to end with this robot's newest
+        read: a list that ends too early gives too low a number. A fleet's does not have to end with this robot's newest."""
+        highest, own_queue = self.seen.highest, self._client.capabilities.own_queue
+        if not own_queue or last_queue_id is None or highest is None or highest >= last_queue_id:
             return False
         try:
             self._client.queue_item(last_queue_id)
@@ -397,17 +384,12 @@ class RobotWorker:
         status, last_use = self._s.snapshots.get(self.robot.id).status, self.seen.last_use
         if status is None or last_use is None or self._s.holds.active(self.robot.id):
             return False
-        db, rule = self._s.db.read(), self.robot.idle
+        db, rule, settings = self._s.db.read(), self.robot.idle, self._s.settings()
         mission = self._s.missions.get(db, rule.mission_id) if rule is not None else None
-        situation = IdleSituation(
-            idle_seconds,
-            status,
-            last_use,
-            last_queue_id,
+        next_at, minimum = (
             self._s.schedules.next_to_run(db, self.robot.id),
-            rules.minimum_battery(None, mission, self._s.settings()),
+            rules.minimum_battery(None, mission, settings),
         )
-        is_due = idle_mission_is_due(
-            self.robot.idle, situation, self._s.settings(), self._s.calendar(), self._clock.now()
-        )
+        situation = IdleSituation(idle_seconds, status, last_use, last_queue_id, next_at, minimum)
+        is_due = idle_mission_is_due(rule, situation, settings, self._s.calendar(), self._clock.now())
         return is_due and not self._is_kept_free()
