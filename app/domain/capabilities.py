@@ -34,5 +34,10 @@ class Capabilities:
     prompts: bool = True
     failure_text: bool = True
 
+    @property
+    def shares_numbers(self) -> bool:
+        """Whether its orders have numbers that a fleet gives to all of its clients, and may give again."""
+        return not self.own_queue and self.find_by is not FindBy.ID
+
 
 OF_A_ROBOT = Capabilities()

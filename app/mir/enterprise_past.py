@@ -18,7 +18,7 @@ from app.mir.fleet_connection import FRESH, Notes
 
 MOST_REMEMBERED = 500  # orders
 LISTED_FOR = 3000.0  # s after it was sent in which it is listed for certain: those that ended within the hour are
-MAY_WAIT = 86400.0  # s for which another order of the app may have waited before it ran
+ARRIVES_WITHIN = timedelta(minutes=10)  # after it was sent
 CLOCK_STEPS = timedelta(minutes=2)  # of the fleet, that a search allows for
 SEARCHED = (
     timedelta(hours=1),
@@ -31,14 +31,15 @@ _KEYS = ("api-key-guid", "api-key-name")
 
 class Sent(NamedTuple):
     """``vehicle``: "" for any. ``before``: ids of the orders that were listed before it was sent; None: an earlier run of the
-    app has sent it. ``at``: when that was, in seconds, and ``date`` by the fleet or the tablet, if known. ``key``: what lists
-    called the app's key then, "" for not known. ``is_taken``: the fleet has it for certain."""
+    app has sent it. ``at``: when that was, in seconds, and ``date`` by the fleet, with the ``last`` time, if known. ``key``:
+    what lists called the app's key then, "" for not known. ``is_taken``: the fleet has it for certain."""
 
     mission: str
     vehicle: str
     before: frozenset[str] | None
     at: float
     date: datetime | None = None
+    last: datetime | None = None
     key: str = ""
     is_taken: bool = False
 
@@ -70,12 +71,12 @@ class PastOrders:
 
     def note(self, token: str, mission: str, vehicle: str) -> None:
         """This order is about to be sent."""
-        before = frozenset(_id(row) for row in self.rows(0.0))
-        self._note(token, Sent(mission, vehicle, before, self._clock(), self._notes.time, self._own_key))
+        before, now = frozenset(_id(row) for row in self.rows(0.0)), self._notes.time
+        self._note(token, Sent(mission, vehicle, before, self._clock(), now, now, self._own_key))
 
     def note_earlier(self, token: str, mission: str, vehicle: str, ago: float, date: datetime) -> None:
-        """An earlier run of the app has sent this order, at most so many seconds ago, at ``date`` by the tablet."""
-        self._note(token, Sent(mission, vehicle, None, self._clock() - ago, date, self._own_key))
+        """An earlier run of the app has sent this order, so many seconds ago by the tablet, after ``date`` by the fleet."""
+        self._note(token, Sent(mission, vehicle, None, self._clock() - ago, date, None, self._own_key))
 
     @property
     def _own_key(self) -> str:
@@ -83,7 +84,7 @@ class PastOrders:
 
     def _note(self, token: str, new: Sent) -> None:
         sent = self._notes.sent
-        sent.setdefault(token, new)
+        sent[token] = sent.get(token, new)._replace(last=new.last)
         for old in list(sent)[:-MOST_REMEMBERED]:
             sent.pop(old, None)
 
@@ -138,7 +139,7 @@ class PastOrders:
         of others. Raises Ambiguous if several may be meant."""
         rows, known, sent = {_id(row): row for row in self.rows()}, self._notes.phases, self._notes.sent.get(token)
         since = self._since(sent) if sent is not None else None
-        if known.get(token) not in rows and sent is not None and self._clock() - sent.at > LISTED_FOR:
+        if known.get(token) not in rows and sent is not None and self._seconds_since(sent, since) > LISTED_FOR:
             if since is None:
                 raise Ambiguous(problem=message("what has ended more than an hour ago can't be told"))
             rows |= {_id(row): row for row in self._ask_since(since)}
@@ -154,7 +155,7 @@ class PastOrders:
         if not free:
             return None
         ((phase_id, row), *more) = free.items()
-        rivals = [] if sent is None else self._rivals(token, sent, () if _runs(row) else active)
+        rivals = [] if sent is None else self._rivals(token, sent, row, () if _runs(row) else active)
         if sent is None or more or (since is None and sent.before is None) or _is_meant_by_one(rivals, sent):
             raise Ambiguous(problem=message("which of {n} ended orders is meant can't be told", n=len(free)))
         if not own or _key(row) != own:
@@ -163,8 +164,8 @@ class PastOrders:
             self.remember(token, phase_id)
         return row
 
-    def _rivals(self, token: str, sent: Sent, active: Collection[str]) -> list[Sent]:
-        """Other orders of the app to which an order that could be this one's may belong as well."""
+    def _rivals(self, token: str, sent: Sent, row: parse.Object, active: Collection[str]) -> list[Sent]:
+        """Other orders of the app to which this one of a list may belong as well."""
         return [
             other
             for of, other in list(self._notes.sent.items())
@@ -172,7 +173,8 @@ class PastOrders:
             and of not in self._notes.phases
             and other.mission == sent.mission
             and (not other.vehicle or not sent.vehicle or other.vehicle == sent.vehicle)
-            and other.at > sent.at - MAY_WAIT
+            and not _is_made_before(row, other.date and other.date - CLOCK_STEPS)
+            and not _is_made_since(row, other.last and other.last + ARRIVES_WITHIN + CLOCK_STEPS)
         ]
 
     def _since(self, sent: Sent) -> datetime | None:
@@ -180,17 +182,22 @@ class PastOrders:
         now = self._notes.time
         return now and min(sent.date or now, now - timedelta(seconds=self._clock() - sent.at)) - CLOCK_STEPS
 
+    def _seconds_since(self, sent: Sent, since: datetime | None) -> float:
+        """At most."""
+        now = self._notes.time
+        return (now - since).total_seconds() if now and since else self._clock() - sent.at
+
     def key_of(self, mission: str, vehicle: str) -> str | None:
         """What lists call the app's key, by the order that it has just made. None: not certain."""
         rows = [row for row in self.rows(0.0) if (row.get("mission-id"), row.get("robot-id")) == (mission, vehicle)]
         now = self._notes.time
-        keys = {_key(row) for row in rows if now is not None and _is_made_since(row, now - CLOCK_STEPS)}
+        keys = {_key(row) for row in rows if _is_made_since(row, now and now - CLOCK_STEPS)}
         return keys.pop() or None if len(keys) == 1 else None
 
 
-def _is_made_since(row: Mapping[str, object], since: datetime) -> bool:
+def _is_made_since(row: Mapping[str, object], since: datetime | None) -> bool:
     made = parse.instant(row.get("order-created"))
-    return made is not None and made.replace(tzinfo=UTC) >= since
+    return since is not None and made is not None and made.replace(tzinfo=UTC) >= since
 
 
 def _is_made_before(row: Mapping[str, object], since: datetime | None) -> bool:

@@ -180,7 +180,9 @@ class EnterpriseRequests(RestRequests):
             self.pace.wait(share, self.on_pause)
             return self._send(method, path, query=query)
 
-        return again_if_stale(send)
+        answer = again_if_stale(send)
+        self._connection.notes.time = parse.http_date(answer.headers.get("Date", ""))
+        return answer
 
     def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
         """Any request to the known fleet, for a check-up: an answer of success as it came. Raises RobotError."""

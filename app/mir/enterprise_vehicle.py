@@ -277,10 +277,9 @@ class EnterpriseVehicle(EnterpriseRequests):
         return None if order is None else words.item_of_order(token, order, self._said(token))
 
     def _ask_past(self, since: datetime | None = None) -> list[parse.Object]:
-        """Those that have ended ``since``, else within the hour. With the fleet's time."""
+        """Those that have ended ``since``, else within the hour."""
         query = None if since is None else {"terminatedAfter": f"{since.astimezone(UTC):%Y-%m-%dT%H:%M:%SZ}"}
         answer = self._request("GET", "/order", query=query)
-        self._connection.notes.time = parse.http_date(answer.headers.get("Date", ""))
         rows = self._read(answer, lambda found: parse.objects(found, message("the orders")), None)
         return [row | {"order-id": clean(row.get("order-id"), 80).lower()} for row in rows]
 
@@ -355,7 +354,9 @@ class EnterpriseVehicle(EnterpriseRequests):
         return sorted(found, key=lambda item: item.id)
 
     def highest_queue_id(self) -> int | None:
-        return None
+        """Its time, in seconds, when it was asked last."""
+        now = self._connection.notes.time
+        return None if now is None else int(now.timestamp())
 
     def _active_items(self) -> list[QueueItem]:
         found = [words.item_of_event(event) for event in self._active() if not words.gives_way(event)]

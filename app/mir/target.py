@@ -90,8 +90,8 @@ class Target(Protocol):
         """Raises Rejected with status 404 when there is no such order (any more)."""
 
     def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
-        """An earlier run of the app has sent this order, at most so many seconds ago, at ``date``: needed by a target that does not
-        show tokens of those that have ended."""
+        """An earlier run of the app has sent this order, so many seconds ago by the tablet, after ``date`` by the fleet: needed by
+        a target that does not show tokens of those that have ended."""
 
     def ended_shown_for(self, enough: float) -> float:
         """Seconds for which it shows an order that has ended, at least, as far as can be seen now; ``enough`` of them
@@ -108,7 +108,8 @@ class Target(Protocol):
         ``highest``: see ``RobotClient``."""
 
     def highest_queue_id(self) -> int | None:
-        """Of all orders; None: there are none, or ids don't grow."""
+        """Of all orders; where ids don't grow, the time by the fleet's own clock, in seconds. None: there are none, or it is
+        not known."""
 
     def newest_id(self, token: str = "") -> int | None:
         """Of the orders of this robot; another one shows that it was used. ``token``: of the last one that it took from

@@ -119,6 +119,23 @@ def test_of_two_starts_of_one_mission_only_the_one_that_ran_is_completed(furnish
     assert rows[1].reason.code is ReasonCode.UNKNOWN_OUTCOME
 
 
+@pytest.mark.long
+def test_a_start_that_was_lost_long_ago_hides_no_later_one(furnished):
+    site, robot = furnished()
+    ran(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.LOST)
+    lost = site.container.operator.run_now(robot.id, 1)
+    site.run(10)
+    site.container.operator.cancel_execution(lost.id)
+    site.run(1200)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    later = site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: len(site.queue("R1")) == 2)
+    without_link(site, 120)
+    site.run(600)
+    assert [site.container.ledger.get(row.id).state for row in (lost, later)] == [State.CANCELLED, State.COMPLETED]
+
+
 def test_what_was_lost_before_the_app_was_killed_is_sent_again_though_the_mission_ran_long_before(furnished):
     site, robot = furnished()
     ran(site, robot)
@@ -141,6 +158,25 @@ def test_what_was_sent_is_found_though_the_clock_was_set_back_before_the_app_cam
     site.clock.step(-1200)
     site.switch_on()
     site.run(600)
+    assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("ahead", "off"), [(540, 300), (540, 4000), (-540, 300)])
+def test_what_was_sent_is_found_though_the_clock_was_wrong_then_and_is_right_now(furnished, ahead, off):
+    """By less than what puts it in doubt; it is set while the app is off."""
+    site, robot = furnished()
+    site.clock.step(ahead)
+    site.run(60)
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.queue("R1")) == 1)
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(off)
+    site.clock.step(-ahead)
+    site.switch_on()
+    site.run(900)
     assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
 
 

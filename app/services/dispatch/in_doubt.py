@@ -59,7 +59,7 @@ class InDoubt:
         """So that it can be found by what it is, and no other's order is taken for it. Nothing is noted if that may be one
         that another robot of the fleet has run."""
         robot, now, sent_at = self._seen.robot, self._clock.now(), _sent_at(row)
-        if self._client.capabilities.find_by is not FindBy.ID or now < sent_at:  # by a clock that was set back
+        if self._client.capabilities.find_by is not FindBy.ID:
             return
         robots = [each for each in self._s.robots.all(self._s.db.read()) if each.fleet_id == robot.fleet_id]
         ids = [each.id for each in robots if each.id == robot.id or each.is_any or robot.is_any]
@@ -73,8 +73,9 @@ class InDoubt:
         if ended is None or any(other.robot_id != robot.id for other in ended) or any(is_open):
             return
         for each in (*ended, row):
-            date = _sent_at(each)
-            self._client.note_sent(each.token, each.mission_guid, max(0.0, (now - date).total_seconds()), date)
+            ago = max(0.0, (now - _sent_at(each)).total_seconds())
+            date = self._seen.time_of(each.queue_floor) or _sent_at(each)
+            self._client.note_sent(each.token, each.mission_guid, ago, date)
 
     def mark(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
         """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once, one that is
@@ -83,7 +84,8 @@ class InDoubt:
         wake_at = mono if is_taken else mono + (RECONCILE_EVERY / 2 if by_id else RECONCILE_EVERY)
         before = self._attempts.get(row.id)
         sent_since = before and before.sent_since  # the tablet may have slept during the request
-        since = (row.begun_at or row.planned_at) if ahead else sent_since or self._clock.now()
+        first_at = self._seen.time_of(row.queue_floor) or row.begun_at or row.planned_at
+        since = first_at if ahead else sent_since or self._seen.time
         self._attempts[row.id] = Attempt(
             Phase.IN_DOUBT, wake_at, in_doubt_since=mono, sent_since=since, is_taken=is_taken
         )
@@ -124,14 +126,14 @@ class InDoubt:
 
     def _since(self, at: datetime | None, mono: float) -> float:
         """Seconds, at most: neither a sleep of the tablet nor a clock that is set back shortens them."""
-        now = self._clock.now()
+        now = self._seen.time
         return max((now - (at or now)).total_seconds(), self._clock.monotonic() - mono)
 
     def _note_not_there(self, attempt: Attempt) -> None:
         """The robot was asked for it just now."""
         before = attempt.asked_at or (attempt.sent_since, attempt.in_doubt_since)
         attempt.unasked = max(attempt.unasked, self._since(*before))
-        attempt.asked_at = self._clock.now(), self._clock.monotonic()
+        attempt.asked_at = self._seen.time, self._clock.monotonic()
 
     def _is_other_machine(self, row: Execution) -> bool:
         """Whether another machine answers, whose queue must not be read as the robot's. A fleet that has lost contact with

@@ -7,6 +7,7 @@ import logging
 import math
 import sqlite3
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -46,6 +47,7 @@ from app.services.live.snapshots import STALE_POLLS
 
 log = logging.getLogger(__name__)
 
+LATEST = datetime(2200, 1, 1, tzinfo=UTC).timestamp()  # higher floors are numbers of orders that were adopted
 WRITES_TO_PRUNE = 200  # writes of its activity between two deletions of old ones
 
 
@@ -102,10 +104,23 @@ class Observation:
     def read_highest(self, floor: int = 0) -> int:
         """The highest queue id. Lower than the last answer or the ``floor``: the fleet has begun its numbers again."""
         highest = self._client.highest_queue_id() or 0
-        if not self._client.capabilities.own_queue and highest < max(self._highest_answer, floor):
+        if self._client.capabilities.shares_numbers and highest < max(self._highest_answer, floor):
             self.began_again_at = self._s.clock.monotonic()
         self.highest = self._highest_answer = highest
         return highest
+
+    @property
+    def time(self) -> datetime:
+        """By the fleet's own clock where that is its floor, as the tablet's may be set while the app is off."""
+        if self._client.capabilities.find_by is not FindBy.ID:
+            return self._s.clock.now()
+        return self.time_of(self._client.highest_queue_id()) or self._s.clock.now()
+
+    def time_of(self, floor: int | None) -> datetime | None:
+        """None: this floor is no time."""
+        if not floor or floor > LATEST or self._client.capabilities.find_by is not FindBy.ID:
+            return None
+        return datetime.fromtimestamp(floor, UTC)
 
     def saw_id(self, queue_id: int) -> None:
         """Missions of others from now on have higher ids, unless the app chooses the ids."""
