@@ -27,10 +27,11 @@ _MACHINE = ("id", "address", "username", "certificate_sha256", "serial_number") 
 
 
 class Accepted(NamedTuple):
-    """A queue item of ours, and the token that was sent as its description."""
+    """A queue item of ours, the token that was sent as its description, and its mission's guid."""
 
     queue_id: int
     token: str
+    mission_guid: str = ""
 
 
 class RobotRepository(Table[Robot]):
@@ -134,13 +135,15 @@ class RobotRepository(Table[Robot]):
     # ------------------------------------------------------------------ facts for dispatch
     def last_accepted(self, c: sqlite3.Connection, robot_id: int) -> Accepted | None:
         """The newest item that it took from the app; None: none yet."""
-        row = c.execute("SELECT last_queue_id, last_token FROM current_robots WHERE id = ?", (robot_id,)).fetchone()
+        row = c.execute(
+            "SELECT last_queue_id, last_token, coalesce(last_mission, '') FROM current_robots WHERE id = ?", (robot_id,)
+        ).fetchone()
         return None if row is None or row[0] is None else Accepted(*row)
 
     def last_of_each(self, c: sqlite3.Connection, robot_id: int) -> list[Accepted]:
         """The same of this robot, then of the others of its fleet, by falling number."""
         rows = c.execute(
-            """SELECT last_queue_id, last_token FROM current_robots WHERE last_queue_id IS NOT NULL
+            """SELECT last_queue_id, last_token, coalesce(last_mission, '') FROM current_robots WHERE last_queue_id IS NOT NULL
                       AND (id = ?1 OR fleet_id = (SELECT fleet_id FROM current_robots WHERE id = ?1))
                ORDER BY id = ?1 DESC, last_queue_id DESC""",
             (robot_id,),
@@ -148,7 +151,8 @@ class RobotRepository(Table[Robot]):
         return [Accepted(*row) for row in rows]
 
     def note_accepted(self, c: sqlite3.Connection, robot_id: int, accepted: Accepted) -> None:
-        c.execute("UPDATE robots SET last_queue_id = ?, last_token = ? WHERE id = ?", (*accepted, robot_id))
+        columns = "last_queue_id = ?, last_token = ?, last_mission = ?"
+        c.execute(f"UPDATE robots SET {columns} WHERE id = ?", (*accepted, robot_id))
 
     def idle_queue_id(self, c: sqlite3.Connection, robot_id: int) -> int | None:
         """The queue item of its last idle mission, or the highest id known when that was started; None: it may run."""

@@ -16,6 +16,7 @@ from app.database.schema_groups import (
     _FAILURES,
     _FLEETS,
     _GROUPS,
+    _LAST_MISSION,
     _MISSION_PARAMETERS,
     _RUN_DURATIONS,
     _SKIPPED_AHEAD,
@@ -377,6 +378,7 @@ MIGRATIONS: tuple[str, ...] = (
     _FLEETS,
     _CHECK_UPS_OF_FLEETS,
     _BEGUN,
+    _LAST_MISSION,
 )
 
 

@@ -278,3 +278,8 @@ ALTER TABLE fleets ADD COLUMN left_behind TEXT;
 _BEGUN = """
 ALTER TABLE executions ADD COLUMN begun_at TEXT;             -- when its last attempt was: nothing of that was sent before
 """
+
+_LAST_MISSION = """
+ALTER TABLE robots ADD COLUMN last_mission TEXT;             -- its guid, of the item with last_queue_id
+UPDATE robots SET last_mission = (SELECT mission_guid FROM executions WHERE token = last_token);
+"""

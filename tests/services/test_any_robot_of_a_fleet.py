@@ -120,7 +120,7 @@ def test_what_a_named_robot_has_is_not_cancelled_though_its_robot_is_not_shown_y
     site.run_until(lambda: [row.state for row in site.executions()] == [State.QUEUED])
     site.run(60)
     assert [row.state for row in site.executions()] == [State.QUEUED]
-    assert [order.state for order in site.fleet.book] == [OrderState.WAITING]
+    assert [order.state for order in site.fleet.book.open] == [OrderState.WAITING]
 
 
 @pytest.mark.parametrize(
@@ -270,7 +270,7 @@ def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehi
     site.container.operator.run_now(robot.id, 1)
     planned(site, robot)
     site.run(150)
-    assert bool(list(site.fleet.book)) is is_sent
+    assert bool(site.network.posts()) is is_sent
     if not is_sent:
         assert {row.wait for row in site.executions()} == {Wait.CHECK_UP}
         said = waiting_sentence(site.executions()[0], "UTC")

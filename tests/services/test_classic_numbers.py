@@ -27,10 +27,10 @@ def site(tmp_path):
     site.switch_off()
 
 
-def others_order(site, count):
+def others_order(site, count, mission="Home"):
     user = next(iter(site.fleet.site.table("/users")))
     for _ in range(count):
-        site.fleet.book.submit(site.fleet.new_guid(), GUIDS["Home"], user, site.fleet.now, earliest=LATER)
+        site.fleet.book.submit(site.fleet.new_guid(), GUIDS[mission], user, site.fleet.now, earliest=LATER)
 
 
 def plan(site, minutes=2):
@@ -96,7 +96,7 @@ def test_an_order_below_the_known_numbers_is_found_by_its_token(site, search, ot
     site.fleet.knobs = replace(site.fleet.knobs, search=search)
     lose_the_answer(site, after=lambda: others_order(site, others))
     row = settled(site)
-    assert (row.state, len(ours(site)), row.queue_id) == (State.COMPLETED, 1, 1)
+    assert (row.state, len(ours(site)), row.queue_id) == (State.COMPLETED, 1, 2)
 
 
 @pytest.mark.parametrize("others", OTHERS)
@@ -104,7 +104,7 @@ def test_without_tokens_a_start_is_sent_only_above_the_numbers_of_now(site, othe
     forget_descriptions(site)
     lose_the_answer(site, after=lambda: others_order(site, others))
     row = settled(site)
-    assert (row.state, len(ours(site)), row.queue_id) == (State.COMPLETED, 1, 1)
+    assert (row.state, len(ours(site)), row.queue_id) == (State.COMPLETED, 1, 2)
 
 
 @pytest.mark.parametrize("is_marked", [True, False], ids=["with tokens", "without"])
@@ -176,6 +176,37 @@ def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site
     site.run_until(lambda: not any(row.state.is_open for row in site.executions()))
     row = site.executions()[-1]
     assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+
+
+def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice_without_tokens_and_history(site):
+    """The number of the newest order that it took before is that of one of another user's now, for the same mission."""
+    forget_descriptions(site)
+    site.add_robots()
+    site.add_mission()
+    completed(site, 2)
+    plan(site)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.network.posts("R1")) == 1)
+    site.container.db.write(lambda c: c.execute("DELETE FROM executions WHERE state = 'completed'"))
+    site.switch_off(cleanly=False)
+    lose_all(site)
+    site.clock.advance(60)
+    others_order(site, 9, "Deliver")
+    site.switch_on()
+    row = settled(site)
+    assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+
+
+def test_a_fleet_that_had_no_orders_and_may_have_forgotten_its_first_does_not_get_it_again(site):
+    site.add_robots()
+    site.add_mission()
+    begin_numbers_again(site)
+    site.run(10)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.network.submitted = lambda _one: site.at(1.0, lambda: lose_all(site))
+    site.container.operator.run_now(1, 1)
+    row = settled(site)
+    assert (row.state, row.reason.code, len(site.network.posts())) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
 
 
 def begin_numbers_again(site):

@@ -268,6 +268,10 @@ class Site:
         user, password = (USER, PASSWORD) if is_classic else ("", "mir_scheduler")
         new = Fleet(FLEET, f"http://{FLEET.lower()}", kind, user, identity=self.identity)
         fleet = catalogue.save_fleet(new, password=password)
+        if is_classic:  # its trial's order
+            person = next(iter(self.fleet.site.table("/users")))
+            order = self.fleet.book.submit(self.fleet.new_guid(), GUIDS["Home"], person, self.fleet.now)
+            self.fleet.book.cancel(order, self.fleet.now)
         found = (
             RobotProfile(self.identity, None, token_field=self._token_field)
             if is_classic

@@ -43,7 +43,7 @@ class OwnItems:
     def of(self, row: Execution) -> list[QueueItem]:
         """Items that the attempts of this row put on the robot, oldest first."""
         floor = row.queue_floor or 0
-        if floor and not self._client.capabilities.own_queue:  # others may order past it before the next look
+        if floor and self._client.capabilities.shares_numbers:  # others may order past it before the next look
             self._seen.read_highest(floor)
         newer = sorted(self._client.items_after(floor, tokens=(row.token,)), key=lambda item: item.id)
         found = [item for item in newer if item.description == row.token]
@@ -95,23 +95,29 @@ class OwnItems:
     def _is_last_anothers(self) -> bool:
         """Whether a fleet has another order under the number of the newest that it has taken from the app. Raises
         RobotError."""
-        can = self._client.capabilities
-        if can.own_queue or can.find_by is FindBy.ID:
+        if not self._client.capabilities.shares_numbers:
             return False
-        last = max(self._last_accepted(), default=None)
-        row = last and self._ledger.by_token(last.token)
-        if last is None or row is None:
+        accepted = self._last_accepted()
+        newest = max((last.queue_id for last in accepted), default=None)
+        if newest is None:
             return False
         try:
-            item = self._client.queue_item(last.queue_id)
+            item = self._client.queue_item(newest)
         except Rejected:  # deleted
             return False
         except (RobotFault, Unreadable):  # that one order, perhaps for long: a list may show it
-            listed = {each.id: each for each in self._client.items_after(last.queue_id - 1, tokens=(last.token,))}
-            if last.queue_id not in listed:
+            tokens = [last.token for last in accepted]
+            listed = {each.id: each for each in self._client.items_after(newest - 1, tokens=tokens)}
+            if newest not in listed:
                 raise
-            item = listed[last.queue_id]
-        return not self.is_ours(row, item)
+            item = listed[newest]
+        return not any(last.queue_id == newest and self._may_be(last, item) for last in accepted)
+
+    def _may_be(self, accepted: Accepted, item: QueueItem) -> bool:
+        if item.has_token:
+            return item.description == accepted.token
+        missions = (accepted.mission_guid, item.mission_id)
+        return self._is_made_by_app(item) and (missions[0] == missions[1] or not all(missions))
 
     def why_uncertain(
         self, row: Execution, is_taken: bool, may_change_robot: bool, age: float = 0.0, unasked: float = 0.0
@@ -121,10 +127,12 @@ class OwnItems:
         ``unasked`` the longest that the robot was not asked for it since, both at most."""
         if is_taken:
             return message("it took it, but its queue does not show it")
-        floor = row.queue_floor or 0
+        floor, can = row.queue_floor or 0, self._client.capabilities
+        if can.shares_numbers and not floor:
+            return message("it had no orders before, so it may have forgotten this one")
         if (
             self._s.clock.monotonic() - self._seen.began_again_at <= age
-            or (floor and self._seen.read_highest(floor) < floor)
+            or (floor and can.find_by is not FindBy.ID and self._seen.read_highest(floor) < floor)
             or self._is_last_anothers()
         ):
             return message("its queue was reset")
@@ -157,9 +165,13 @@ class OwnItems:
         return (
             item.mission_id == row.mission_guid
             and not item.has_token
-            and item.created_by_name in ("", self._seen.user_name or item.created_by_name)
+            and self._is_made_by_app(item)
             and not self._ledger.is_claimed(self._seen.robot.id, item.id, row.planned_at - ENDED_BEFORE)
         )
+
+    def _is_made_by_app(self, item: QueueItem) -> bool:
+        """As far as its user shows."""
+        return item.created_by_name in ("", self._seen.user_name or item.created_by_name)
 
     def is_ours(self, row: Execution, item: QueueItem) -> bool:
         """Whether the item under this number is the app's; after a reset of the robot's database, or if another machine

@@ -86,7 +86,7 @@ def note_accepted(c: sqlite3.Connection, transition: Transition, made: Execution
     """The robot's last item; its idle period is used."""
     if made.robot_id is None or made.queue_id is None:
         return
-    _ROBOTS.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token))
+    _ROBOTS.note_accepted(c, made.robot_id, Accepted(made.queue_id, made.token, made.mission_guid))
     if made.schedule_id is not None:
         _SCHEDULES.forget_skips(c, made.schedule_id, made.planned_at)
     if made.trigger is Trigger.IDLE:
