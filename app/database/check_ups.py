@@ -175,13 +175,18 @@ def profile_text(profile: RobotProfile) -> str:
     return json.dumps({**asdict(profile), "ignores": None if profile.ignores is None else sorted(profile.ignores)})
 
 
+_TIMES_LEFT = ("sent_at", "begins_by")
+
+
 def _left_text(left: LeftBehind) -> str:
-    return json.dumps({**asdict(left), "sent_at": left.sent_at and left.sent_at.isoformat()})
+    times = {name: at and at.isoformat() for name in _TIMES_LEFT for at in [getattr(left, name)]}
+    return json.dumps({**asdict(left), **times})
 
 
 def _left_behind(found: Any) -> LeftBehind:
     started, uptime_s = found.get("started"), found.get("uptime_s")  # notes of earlier versions lack them
-    vehicle, sent_at, number = found.get("vehicle", ""), found.get("sent_at"), found.get("number")
+    vehicle, number = found.get("vehicle", ""), found.get("number")
+    sent_at, begins_by = (at and _instant(at) for at in map(found.get, _TIMES_LEFT))
     _check(number, int)
     for value in (found["serial_number"], found["mission"], found["queued"], started):
         _check(value, str)
@@ -200,9 +205,10 @@ def _left_behind(found: Any) -> LeftBehind:
         started,
         None if uptime_s is None else _finite(uptime_s),
         _text(vehicle),
-        None if sent_at is None else _instant(sent_at),
+        sent_at,
         number,
         tuple(map(int, found.get("holds", ()))),
+        begins_by,
     )
 
 

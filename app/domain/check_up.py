@@ -143,7 +143,8 @@ class LeftBehind:
     on.
 
     Of a fleet, ``serial_number`` is what tells it from others: an order for the ``vehicle``, its id there, may be there
-    since ``sent_at``; its ``number`` once that is known; the ``holds`` of its robots."""
+    since ``sent_at``, and has begun by ``begins_by`` if it is not deleted, in whichever zone its fleet reads times; its
+    ``number`` once that is known; the ``holds`` of its robots."""
 
     serial_number: str | None
     mission: str | None = None
@@ -158,6 +159,7 @@ class LeftBehind:
     sent_at: datetime | None = None
     number: int | None = None
     holds: tuple[int, ...] = ()
+    begins_by: datetime | None = None
 
 
 @dataclass(frozen=True)

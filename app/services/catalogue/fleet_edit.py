@@ -94,14 +94,15 @@ def _key(fleet_id: int) -> str:
 
 
 def remove(edit: Edit, fleet_id: int) -> Removed:
-    """With its robots, and with each what is removed with a robot. Raises InvalidInput while it may have an order that
-    only the app deletes."""
+    """With its robots, and with each what is removed with a robot. Raises InvalidInput while it may have an order that is
+    to begin later, and that only the app deletes."""
     fleet, robot_ids = edit.the_fleet(fleet_id), edit.fleets.robot_ids(edit.c, fleet_id)
-    if fleet.enabled and fleet_id in CheckUpRepository().left_on_fleets(edit.c):
+    left = CheckUpRepository().left_on_fleets(edit.c).get(fleet_id)
+    if left is not None and left.begins_by is not None and edit.now < left.begins_by:
         raise InvalidInput(
             "fleet",
-            "the order of its check-up may still be at {fleet}: wait until the app has deleted it, or delete it there and "
-            "switch the fleet off first",
+            "{fleet} may still have the order of its check-up, which would begin tomorrow: the app deletes it as soon as it can "
+            "sign in there",
             fleet=fleet.name,
         )
     of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 from datetime import timedelta
 
 import pytest
@@ -282,14 +283,23 @@ def test_the_plan_waits_while_an_order_of_a_trial_may_be_there(tmp_path, kind):
 
 
 def test_a_fleet_is_not_removed_while_an_order_of_a_trial_may_be_there(tmp_path):
+    """Nor once an import has switched it off."""
     site = CheckedFleet(tmp_path)
     kill_after_the_order(site)
-    remove = site.container.catalogue.remove_fleet
-    with pytest.raises(InvalidInput, match="the order of its check-up may still be at"):
-        remove(site.id)
+    site.container.catalogue.save_fleet(replace(site.fleet, enabled=False))
+    with pytest.raises(InvalidInput, match="may still have the order of its check-up"):
+        site.container.catalogue.remove_fleet(site.id)
     site.clean_up()
     site.container.catalogue.remove_fleet(site.id)
     check_nothing_is_left(site)
+
+
+def test_a_fleet_that_is_gone_for_good_can_be_removed_when_the_order_of_its_trial_would_have_begun(tmp_path):
+    site = CheckedFleet(tmp_path)
+    kill_after_the_order(site)
+    site.asked.clock.advance(2 * 86_400.0)
+    site.container.catalogue.remove_fleet(site.id)
+    assert site.container.catalogue.fleets() == []
 
 
 def test_the_app_on_copied_data_tries_nothing(tmp_path):
