@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from app.database.execution_rows import OPEN, execution_of, select
 from app.database.values import placeholders, to_instant, to_text
-from app.domain.models import Execution, ReasonCode, State, Trigger
+from app.domain.execution import Execution, ReasonCode, State, Trigger
 
 _RUN = "state IN ('completed', 'failed', 'cancelled')"
 _NOT_RUN = "state IN ('skipped', 'missed')"

@@ -10,18 +10,9 @@ from types import MappingProxyType
 from typing import Any
 
 from app.database.values import from_json, to_instant, to_json, to_text
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger, Wait
 
 OPEN = "state IN ('waiting', 'submitting', 'queued', 'executing')"
-UNBOUND: dict[str, Any] = {
-    "robot_id": None,
-    "robot": "",
-    "bound_at": None,
-    "choice": {},
-    "queue_floor": None,
-    "robot_address": None,
-    "robot_serial": None,
-}
 
 _INSTANTS = (
     "listed_until",

@@ -20,7 +20,7 @@ from app.database.execution_rows import (
 )
 from app.database.schedules import OPEN_OF_WHOLE
 from app.database.values import from_json, placeholders, to_instant, to_optional_instant, to_optional_text, to_text
-from app.domain.models import OPEN_STATES, Execution, Reason, ReasonCode, State
+from app.domain.execution import OPEN_STATES, Execution, Reason, ReasonCode, State
 
 NEVER_SENT = """(attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (         -- Execution.was_never_sent
     SELECT 1 FROM json_each(iif(json_valid(tried), tried, '{}')) WHERE json_extract(value, '$.floor') IS NOT NULL)))"""

@@ -11,7 +11,7 @@ from app.database.execution_rows import OPEN, select, stored_values
 from app.database.schedules import OPEN_OF_WHOLE
 from app.database.values import placeholders, to_instant, to_optional_instant, to_text
 from app.domain.choice import LEAVES_ROBOT_FREE
-from app.domain.models import Execution
+from app.domain.execution import Execution
 
 # What a choice rests on.
 _BOUND_BY = ("mission", "parameters", "priority", "minimum_battery_percent", "closes_at", "finish_by", "tried")

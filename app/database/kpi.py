@@ -19,7 +19,7 @@ from app.database.execution_history import of_robots
 from app.database.execution_rows import execution_of
 from app.database.values import placeholders, to_instant, to_text
 from app.domain.clock import midnight
-from app.domain.models import Execution, ReasonCode
+from app.domain.execution import Execution, ReasonCode
 
 EARLIEST = ""  # before every instant as text
 DAY = timedelta(days=1)

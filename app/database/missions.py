@@ -16,7 +16,8 @@ from statistics import median
 from typing import Any
 
 from app.database.table import Table
-from app.domain.models import DurationEstimate, Mission
+from app.domain.execution import DurationEstimate
+from app.domain.models import Mission
 from app.domain.robot import MissionParameter, Spot, Stop
 
 

@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 
 from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.clock import DAY, midnight
-from app.domain.models import Execution, State, Trigger
+from app.domain.execution import Execution, State, Trigger
 from app.domain.robot import QueueItem, RobotState, RobotStatus
 
 ACTIVITIES = ("executing", "charging", "idle", "paused", "error", "offline")

@@ -13,8 +13,9 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain import writing
+from app.domain.execution import Execution, State, Wait
 from app.domain.message import is_message, render
-from app.domain.models import Connection, Execution, RobotSnapshot, State, Wait
+from app.domain.models import Connection, RobotSnapshot
 from app.domain.reasons import instant_of, known_zone, stored_sentence
 from app.domain.writing import Translate
 

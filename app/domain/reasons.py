@@ -15,8 +15,8 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import writing
+from app.domain.execution import Execution, Reason, ReasonCode, State, Wait
 from app.domain.message import decimal, is_message, render
-from app.domain.models import Execution, Reason, ReasonCode, State, Wait
 from app.domain.writing import Translate
 
 Template = tuple[tuple[str, ...], str]  # the details it needs, and the English text

@@ -10,20 +10,9 @@ from datetime import UTC, datetime, timedelta
 from types import MappingProxyType
 from typing import Any
 
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.message import Message, message
-from app.domain.models import (
-    Execution,
-    Group,
-    Mission,
-    Reason,
-    ReasonCode,
-    Robot,
-    Schedule,
-    Settings,
-    State,
-    Trigger,
-    Wait,
-)
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 
 SHORTEST_WINDOW = timedelta(minutes=1)
 LATE_START_HOLD = timedelta(seconds=30)

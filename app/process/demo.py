@@ -13,7 +13,8 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.domain import rules
 from app.domain.activity import ActivitySpan
-from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State
+from app.domain.execution import Execution, Reason, ReasonCode, State
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.failures import BadInput
 from app.services.catalogue import robot_edit
 from app.services.planning.recurrence import occurrences

@@ -18,8 +18,9 @@ from app.database.settings import CLOCK_CONFIRMED_AT
 from app.database.values import to_text
 from app.domain import names
 from app.domain.check_up import Level, Topic, Trial
+from app.domain.execution import Execution
 from app.domain.message import render
-from app.domain.models import Execution, Fleet, Group, InvalidInput, Mission, Robot
+from app.domain.models import Fleet, Group, InvalidInput, Mission, Robot
 from app.domain.reasons import sentence
 from app.failures import BadInput
 from app.process.inbox import Handler, withdrawn

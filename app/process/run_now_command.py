@@ -15,7 +15,7 @@ from typing import Any
 from app.command import command
 from app.container import Container
 from app.database.executions import ExecutionRepository
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.domain.reasons import waiting_sentence
 from app.failures import BadInput, Failure
 from app.mir.errors import RobotError

@@ -21,7 +21,7 @@ from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.settings import SettingsRepository
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
 from app.services.history.kpis import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
 

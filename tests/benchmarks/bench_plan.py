@@ -19,7 +19,8 @@ from statistics import median
 from typing import Any
 
 from app.container import Container
-from app.domain.models import DurationEstimate, Mission, Robot, Schedule
+from app.domain.execution import DurationEstimate
+from app.domain.models import Mission, Robot, Schedule
 from app.screens.common.shell import pick
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, read
 from app.screens.scheduler.timeline import timeline

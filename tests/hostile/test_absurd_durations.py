@@ -8,7 +8,8 @@ import pytest
 
 from app.container import Container
 from app.domain import rules
-from app.domain.models import Mission, Robot, Schedule, State, Trigger
+from app.domain.execution import State, Trigger
+from app.domain.models import Mission, Robot, Schedule
 from app.mir import parse
 from app.services.dispatch.tracking import seconds_between
 from app.services.executions import transitions

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from app.container import Container
-from app.domain.models import Connection, InvalidInput, ReasonCode, Robot, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import Connection, InvalidInput, Robot
 from app.domain.robot import IdentifiedBy
 from app.mir.errors import (
     AnotherRobot,

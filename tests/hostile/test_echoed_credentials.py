@@ -14,7 +14,8 @@ from typing import Any
 import pytest
 
 from app.container import Container
-from app.domain.models import Mission, Robot, State
+from app.domain.execution import State
+from app.domain.models import Mission, Robot
 from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import RobotError

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from app.container import Container
-from app.domain.models import Connection, Robot, State
+from app.domain.execution import State
+from app.domain.models import Connection, Robot
 from app.domain.robot import IdentifiedBy
 from app.mir.errors import (
     CertificateMismatch,

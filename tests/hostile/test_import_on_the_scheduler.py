@@ -15,7 +15,8 @@ from typing import Any
 
 import pytest
 
-from app.domain.models import InvalidInput, State
+from app.domain.execution import State
+from app.domain.models import InvalidInput
 from app.failures import BadInput
 from app.process.inbox import Inbox, ask
 from app.process.requests import handlers

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.models import Priority, Schedule, State
+from app.domain.execution import State
+from app.domain.models import Priority, Schedule
 from app.services.live.alarms import alarm_sentence
 from tests.support.edits import import_file, switch_robot
 from tests.support.seen import requests

@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 
 import pytest
 
+from app.domain.execution import Reason, ReasonCode
 from app.domain.message import LONGEST, render
-from app.domain.models import Reason, ReasonCode
 from app.domain.reasons import sentence
 from app.services.live.alarms import LONGEST_DETAIL, LONGEST_SHOWN, alarm_of, alarm_sentence
 

@@ -20,7 +20,8 @@ from app.database.schema import MIGRATIONS
 from app.database.value_checks import LARGEST_IN_BACKUP, tables
 from app.domain import rules
 from app.domain.check_up import LeftBehind, Report, RobotProfile
-from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot, Schedule, Trigger
+from app.domain.execution import Trigger
+from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot, Schedule
 from app.domain.robot import Pose
 from app.mir import parse
 from app.mir.errors import Unreadable

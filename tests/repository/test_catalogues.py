@@ -8,8 +8,9 @@ from datetime import UTC, datetime, time
 import pytest
 
 from app.domain import reasons
+from app.domain.execution import Reason, ReasonCode
 from app.domain.message import render
-from app.domain.models import Between, InvalidInput, Reason, ReasonCode, Schedule, Settings
+from app.domain.models import Between, InvalidInput, Schedule, Settings
 from app.i18n import DOMAIN, LOCALE_DIR, Translator, languages
 from app.screens.common import formats
 from app.services.catalogue.validation import one_time_on_working_day

@@ -10,20 +10,8 @@ from pathlib import Path
 import pytest
 
 import main
-from app.domain.models import (
-    STATE_OF_REASON,
-    DayException,
-    Fleet,
-    Group,
-    Mission,
-    Place,
-    ReasonCode,
-    Robot,
-    Schedule,
-    Settings,
-    State,
-    Trigger,
-)
+from app.domain.execution import STATE_OF_REASON, ReasonCode, State, Trigger
+from app.domain.models import DayException, Fleet, Group, Mission, Place, Robot, Schedule, Settings
 from app.services.catalogue import fields
 from app.services.catalogue.checks import Number
 from app.services.catalogue.configuration import document

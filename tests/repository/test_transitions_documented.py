@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from app.domain.models import OPEN_STATES, State
+from app.domain.execution import OPEN_STATES, State
 from app.services.executions.apply import RULES, Check, Effect
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "architecture.md"

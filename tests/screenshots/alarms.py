@@ -8,7 +8,8 @@ from datetime import timedelta
 from types import SimpleNamespace
 from typing import Any
 
-from app.domain.models import Alarm, Reason, ReasonCode, RobotSnapshot
+from app.domain.execution import Reason, ReasonCode
+from app.domain.models import Alarm, RobotSnapshot
 from app.domain.reasons import to_store
 from app.mir.errors import Unreachable
 from app.screens.common.alarm_groups import menu_of_group

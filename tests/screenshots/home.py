@@ -14,8 +14,9 @@ from app.database.errors import SENTENCES, DatabaseDamaged, DatabaseUnavailable
 from app.database.robots import Hold
 from app.domain import rules
 from app.domain.clock import zone_names
+from app.domain.execution import DurationEstimate, State, Wait
 from app.domain.message import message, render
-from app.domain.models import Alarm, DurationEstimate, Priority, Robot, RobotSnapshot, Settings, State, Wait
+from app.domain.models import Alarm, Priority, Robot, RobotSnapshot, Settings
 from app.domain.reasons import to_store
 from app.domain.robot import MissionParameter, RobotState
 from app.i18n import _, ngettext

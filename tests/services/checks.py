@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 
-from app.domain.models import ReasonCode, State, Wait
+from app.domain.execution import ReasonCode, State, Wait
 from tests.services.stage import Stage, Step, step
 from tests.support.seen import sent_at
 from tests.support.site import GUIDS

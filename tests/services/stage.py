@@ -18,7 +18,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from app.domain.models import Execution, Mission, Robot, Schedule
+from app.domain.execution import Execution
+from app.domain.models import Mission, Robot, Schedule
 from app.services.dispatch import timing, worker
 from mir_sim.mission_queue import QueueItem
 from tests.support.groups import Hall

@@ -9,7 +9,8 @@ from shutil import copytree
 import pytest
 
 from app.database.backups import back_up, restore
-from app.domain.models import InvalidInput, Mission, State
+from app.domain.execution import State
+from app.domain.models import InvalidInput, Mission
 from app.services.catalogue import group_edit
 from app.services.executions.transitions import Event
 from tests.services.checks import *

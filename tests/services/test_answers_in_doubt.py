@@ -6,8 +6,8 @@ from datetime import UTC, datetime
 
 import pytest
 
+from app.domain.execution import Execution, Trigger
 from app.domain.message import render
-from app.domain.models import Execution, Trigger
 from app.mir.errors import Busy, ConnectionLost, NotAMir, RobotFault, TimedOut
 from app.services.dispatch.attempt import answer_in_doubt
 

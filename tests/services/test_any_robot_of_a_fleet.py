@@ -16,7 +16,8 @@ from app.database.fleets import FleetRepository
 from app.database.robots import Accepted, RobotRepository
 from app.domain.capabilities import OF_A_ROBOT
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, Group, ReasonCode, Robot, Schedule, State, Trigger, Wait
+from app.domain.execution import ReasonCode, State, Trigger, Wait
+from app.domain.models import ANY_VEHICLE, Fleet, Group, Robot, Schedule
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle

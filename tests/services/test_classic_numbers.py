@@ -9,7 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import ANY_VEHICLE, Connection, Fleet, ReasonCode, Robot, Schedule, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, Robot, Schedule
 from app.mir.classic_vehicle import OF_A_VEHICLE
 from app.services.dispatch.observation import Observation
 from mir_sim.fleets.orders import OrderState

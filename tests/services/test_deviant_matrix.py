@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.models import Execution, Schedule, State
+from app.domain.execution import Execution, State
+from app.domain.models import Schedule
 from mir_sim import DEVIANTS, Profile, deviant
 from mir_sim.mission_queue import ItemState, QueueItem
 from tests.support.expected_findings import checked_up

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD, PREFETCH_LEAD, PREFETCH_SPREAD, PREFETCH_TOGETHER
 from app.services.dispatch.worker import phase_of

@@ -8,7 +8,7 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD, PUT_OFF_AT_MOST, ROUND_TAKES
 from tests.support.seen import tokens

@@ -7,7 +7,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import ReasonCode, Schedule, State, Trigger
+from app.domain.execution import ReasonCode, State, Trigger
+from app.domain.models import Schedule
 from app.services.robots.fleets import Fleets
 from tests.support.network import Fate
 from tests.support.site import FLEET, Site

@@ -9,7 +9,8 @@ import pytest
 
 from app.database.fleets import FleetRepository
 from app.domain.check_up import RobotProfile
-from app.domain.models import Fleet, Group, ReasonCode, Robot, Schedule, State, Wait
+from app.domain.execution import ReasonCode, State, Wait
+from app.domain.models import Fleet, Group, Robot, Schedule
 from app.domain.reasons import sentence, waiting_sentence
 from app.services.live.changes import Topic
 from tests.support.site import PASSWORD, USER, Site

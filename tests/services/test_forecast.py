@@ -11,18 +11,8 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.database.execution_history import ExecutionFilter
-from app.domain.models import (
-    Between,
-    DayException,
-    InvalidInput,
-    Mission,
-    Reason,
-    ReasonCode,
-    Robot,
-    Schedule,
-    State,
-    Trigger,
-)
+from app.domain.execution import Reason, ReasonCode, State, Trigger
+from app.domain.models import Between, DayException, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.preview import ConcernCode
 from app.services.files.exports import DataFiles
 from app.services.planning.planned import ASSUMED_S

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.domain.models import ReasonCode, State
+from app.domain.execution import ReasonCode, State
 from app.services.dispatch.timing import INTENT_LEAD
 from tests.support.seen import tokens
 

@@ -14,7 +14,8 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.database.execution_history import ExecutionHistory
-from app.domain.models import DayException, Group, InvalidInput, Mission, Robot, Schedule, State
+from app.domain.execution import State
+from app.domain.models import DayException, Group, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.configuration import export_configuration
 from app.services.catalogue.database_check import find_problem
 from app.services.files.history_export import write_history

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import pytest
 
-from app.domain.models import HandOver, State, Wait
+from app.domain.execution import State, Wait
+from app.domain.models import HandOver
 from app.domain.reasons import waiting_sentence
 from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate

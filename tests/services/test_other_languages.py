@@ -11,7 +11,8 @@ import pytest
 from app.database.check_ups import CheckUpRepository
 from app.database.errors import translated
 from app.domain.check_up import LeftBehind
-from app.domain.models import Alarm, Priority, Robot, State
+from app.domain.execution import State
+from app.domain.models import Alarm, Priority, Robot
 from app.domain.reasons import sentence, waiting_sentence
 from app.i18n import translation
 from app.mir.errors import CertificateMismatch, CertificateProblem, SerialNumberHidden, Unreachable

@@ -6,7 +6,7 @@ from __future__ import annotations
 import pytest
 
 from app.database.connection import DatabaseUnavailable
-from app.domain.models import State
+from app.domain.execution import State
 from app.services.dispatch import messages
 from app.services.dispatch.timing import INTENT_LEAD
 from tests.support.seen import requests, tokens

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Mission, State
+from app.domain.execution import State
+from app.domain.models import Mission
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 

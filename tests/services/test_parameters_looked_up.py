@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.models import Mission, ReasonCode, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import Mission
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Unauthorized

@@ -9,7 +9,8 @@ from threading import Event
 import pytest
 
 from app.database.missions import MissionParameterRepository
-from app.domain.models import InvalidInput, Mission, ReasonCode, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import InvalidInput, Mission
 from app.domain.reasons import sentence
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient

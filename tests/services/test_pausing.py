@@ -13,7 +13,8 @@ from app.container import Container
 from app.database.connection import Database
 from app.database.execution_history import ExecutionHistory
 from app.domain import reasons
-from app.domain.models import InvalidInput, Mission, Overlap, ReasonCode, Robot, Schedule, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import InvalidInput, Mission, Overlap, Robot, Schedule
 from app.services.catalogue.pausing import Pausing
 from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import ReportPeriod

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from app.container import Container
 from app.database.connection import Database
-from app.domain.models import DayException, DurationEstimate, InvalidInput, Mission, Robot, Schedule
+from app.domain.execution import DurationEstimate
+from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedule
 from app.services.files import plan_export
 from app.services.files.plan_export import PlanFiles, write_plan
 from app.services.planning.planned import PlannedRun

@@ -7,7 +7,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.domain.models import Group, Mission, Overlap, Place, Schedule, Wait
+from app.domain.execution import Wait
+from app.domain.models import Group, Mission, Overlap, Place, Schedule
 from app.services.files.plan_export import PlanFiles
 from tests.support.edits import switch_robot
 from tests.support.site import Site

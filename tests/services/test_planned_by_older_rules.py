@@ -8,7 +8,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain import rules
-from app.domain.models import Reason, ReasonCode, Schedule, State
+from app.domain.execution import Reason, ReasonCode, State
+from app.domain.models import Schedule
 from tests.support.site import Site
 
 MONDAY = datetime(2026, 11, 23, tzinfo=UTC)  # 02:00 in Helsinki, where it is winter

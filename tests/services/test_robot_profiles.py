@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 
 from app.domain.check_up import Rest
-from app.domain.models import ReasonCode
+from app.domain.execution import ReasonCode
 from app.services.dispatch import messages
 from mir_sim import Profile, deviant
 from mir_sim.mission_queue import ItemState

@@ -6,7 +6,7 @@ import pytest
 
 from app.database.activities import ActivityRepository
 from app.domain.activity import NO_DATA
-from app.domain.models import State
+from app.domain.execution import State
 from app.services.history.runs import RobotStates
 
 POLL = 30.0

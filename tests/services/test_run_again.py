@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Execution, InvalidInput, State
+from app.domain.execution import Execution, State
+from app.domain.models import InvalidInput
 
 
 def failed(site, plan) -> Execution:

@@ -14,7 +14,8 @@ import pytest
 
 from app.container import Container
 from app.database.connection import Database, DatabaseUnavailable
-from app.domain.models import Execution, Robot
+from app.domain.execution import Execution
+from app.domain.models import Robot
 from app.services.dispatch import engine, messages, runner
 from app.services.dispatch.clock_guard import Judgement
 from app.services.dispatch.engine import POLLED_AT_ONCE, Engine

@@ -13,7 +13,8 @@ import mir_sim
 from app.container import Container
 from app.database.connection import DatabaseUnavailable, connect_for_reading
 from app.database.writer import ThreadedWriter, Writer
-from app.domain.models import Mission, Robot, Schedule, State
+from app.domain.execution import State
+from app.domain.models import Mission, Robot, Schedule
 from tests.support.examples import at_night
 from tests.support.network import Fate
 from tests.support.process import wait_for

@@ -11,7 +11,8 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.database.connection import Database
 from app.domain.activity import ActivitySpan
-from app.domain.models import Group, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger
+from app.domain.execution import Reason, ReasonCode, State, Trigger
+from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.suggestions.late_schedules import Cause
 from app.services.suggestions.suggestions import Kind, action, promise, sentence
 from tests.support.clock import VirtualClock

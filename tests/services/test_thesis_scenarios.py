@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-from app.domain.models import ReasonCode, Trigger
+from app.domain.execution import ReasonCode, Trigger
 from app.domain.reasons import sentence
 from mir_sim.mission_queue import ItemState
 from tests.services.story import *

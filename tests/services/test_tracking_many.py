@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreadable
 from app.services.dispatch.tracking import MANY

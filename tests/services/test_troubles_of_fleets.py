@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from app.domain.activity import NO_DATA
-from app.domain.models import ANY_VEHICLE, Connection, Robot, State
+from app.domain.execution import State
+from app.domain.models import ANY_VEHICLE, Connection, Robot
 from app.domain.reasons import sentence
 from tests.support.site import Site
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.mir.client import RobotClient
 from app.mir.errors import Unreachable
 from app.services.dispatch.sending import STARTED_TOGETHER

@@ -15,7 +15,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Protocol
 
-from app.domain.models import Execution, Group, ReasonCode, Schedule, State
+from app.domain.execution import Execution, ReasonCode, State
+from app.domain.models import Group, Schedule
 from app.mir.errors import RobotError
 from tests.simulation.memory import memory_of, rounded
 from tests.simulation.world import shaky

@@ -9,7 +9,8 @@ from datetime import timedelta
 from typing import Any
 from zoneinfo import ZoneInfo
 
-from app.domain.models import Group, HandOver, Overlap, ReasonCode, Schedule, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import Group, HandOver, Overlap, Schedule
 from tests.simulation.diary import Wishes
 from tests.simulation.operator import WINDOWS, Person
 

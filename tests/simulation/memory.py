@@ -9,7 +9,7 @@ from datetime import datetime
 from enum import Enum
 from typing import Any
 
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.services.dispatch.engine import Engine
 
 _KEPT_FROM = ("app.services.dispatch.",)

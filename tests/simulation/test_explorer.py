@@ -7,8 +7,8 @@ from dataclasses import replace
 import pytest
 
 from app.database.executions import ExecutionRepository
+from app.domain.execution import OPEN_STATES, State
 from app.domain.message import message
-from app.domain.models import OPEN_STATES, State
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.in_doubt import InDoubt
 from app.services.executions import wanted

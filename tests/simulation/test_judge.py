@@ -8,7 +8,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Schedule, Wait
+from app.domain.execution import Wait
+from app.domain.models import Schedule
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import KEPT_S, Restore
 from tests.simulation.mutants import MUTANTS, planted

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
-from app.domain.models import Execution, State, Wait
+from app.domain.execution import Execution, State, Wait
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import Wishes, instants
 

@@ -7,20 +7,8 @@ from dataclasses import replace
 from datetime import datetime
 
 from app.domain.activity import ActivitySpan
-from app.domain.models import (
-    ANY_VEHICLE,
-    Alarm,
-    DurationEstimate,
-    Execution,
-    Fleet,
-    Group,
-    Priority,
-    Reason,
-    ReasonCode,
-    Robot,
-    RobotSnapshot,
-    State,
-)
+from app.domain.execution import DurationEstimate, Execution, Reason, ReasonCode, State
+from app.domain.models import ANY_VEHICLE, Alarm, Fleet, Group, Priority, Robot, RobotSnapshot
 from app.domain.robot import QueueItem, QueueState, RobotState, RobotStatus
 from app.screens.home.facts import HomeFacts
 from app.services.history.runs import RobotTimeline

@@ -8,7 +8,7 @@ from uuid import uuid4
 
 from app.container import Container
 from app.database.execution_history import ExecutionFilter
-from app.domain.models import Execution, State, Trigger
+from app.domain.execution import Execution, State, Trigger
 
 
 def add_runs(container: Container, count: int) -> None:

@@ -8,22 +8,8 @@ from datetime import UTC, datetime, timedelta
 from typing import Any
 
 from app.database.robots import Hold
-from app.domain.models import (
-    Connection,
-    DurationEstimate,
-    Execution,
-    Group,
-    Mission,
-    Reason,
-    ReasonCode,
-    Robot,
-    RobotSnapshot,
-    Schedule,
-    Settings,
-    State,
-    Trigger,
-    Wait,
-)
+from app.domain.execution import DurationEstimate, Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Connection, Group, Mission, Robot, RobotSnapshot, Schedule, Settings
 from app.domain.robot import (
     MapPosition,
     Pose,

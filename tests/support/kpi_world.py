@@ -13,7 +13,8 @@ from app.database.executions import ExecutionRepository
 from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.activity import ActivitySpan
-from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Trigger
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
+from app.domain.models import Robot
 from app.services.history.kpis import Kpis
 from tests.support.clock import VirtualClock
 

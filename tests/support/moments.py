@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.services.dispatch.ledger import Ledger
 from app.services.executions.transitions import Event, Transition
 

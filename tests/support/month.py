@@ -19,7 +19,8 @@ from app.container import Container
 from app.database.activities import ActivityRepository
 from app.database.connection import DATABASE_NAME, Database
 from app.domain.activity import ActivitySpan
-from app.domain.models import Between, Execution, Mission, Reason, ReasonCode, Robot, Schedule, State, Trigger, Wait
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Between, Mission, Robot, Schedule
 from tests.support.clock import VirtualClock
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)

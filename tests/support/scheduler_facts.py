@@ -4,7 +4,8 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from app.domain.models import DurationEstimate, Execution, Mission, Robot, Schedule, Settings, Trigger
+from app.domain.execution import DurationEstimate, Execution, Trigger
+from app.domain.models import Mission, Robot, Schedule, Settings
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.planning.planned import PlannedRun
 from app.services.planning.working_days import WorkingCalendar

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import datetime, timedelta
 
-from app.domain.models import Execution, Reason, ReasonCode, Robot, Schedule, State
+from app.domain.execution import Execution, Reason, ReasonCode, State
+from app.domain.models import Robot, Schedule
 from mir_sim.mission_queue import QueueItem
 from tests.simulation.diary import instants
 from tests.support.site import Site

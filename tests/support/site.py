@@ -23,7 +23,8 @@ from app.database.connection import Database, DatabaseUnavailable
 from app.database.execution_history import ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.domain.check_up import Report, RobotProfile
-from app.domain.models import Execution, Fleet, FleetKind, Mission, Robot, State
+from app.domain.execution import Execution, State
+from app.domain.models import Fleet, FleetKind, Mission, Robot
 from app.domain.robot import FleetIdentity
 from app.mir.address import Address
 from app.mir.classic_vehicle import ClassicVehicle

@@ -10,7 +10,7 @@ from kivy.uix.scrollview import ScrollView
 
 from app.container import Container
 from app.database.execution_history import ExecutionFilter
-from app.domain.models import State
+from app.domain.execution import State
 from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.logs.cards import RunsList
 from app.screens.logs.view import Filters

@@ -17,8 +17,9 @@ from kivy.core.window import Window
 from app.container import Container
 from app.database.backups import back_up
 from app.database.connection import Database, DatabaseDamaged
+from app.domain.execution import State
 from app.domain.message import render
-from app.domain.models import Robot, Schedule, State
+from app.domain.models import Robot, Schedule
 from app.failures import BadInput, Failure
 from app.i18n import translation, translator
 from app.process.data_directory import DataDirectory, restore_backup

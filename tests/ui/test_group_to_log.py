@@ -9,7 +9,8 @@ import pytest
 
 import mir_sim
 from app.container import Container
-from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
+from app.domain.execution import State
+from app.domain.models import Group, Mission, Overlap, Robot, Schedule
 from app.screens.scheduler.cards import FormNote, FormSheet
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow

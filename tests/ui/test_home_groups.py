@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.domain.models import Group, State
+from app.domain.execution import State
+from app.domain.models import Group
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet, OptionRow

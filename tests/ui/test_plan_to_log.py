@@ -10,7 +10,8 @@ import pytest
 
 import mir_sim
 from app.container import Container
-from app.domain.models import Mission, Robot, State
+from app.domain.execution import State
+from app.domain.models import Mission, Robot
 from app.screens.home.cards import TodayRow
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow

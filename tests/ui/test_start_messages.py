@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Execution, ReasonCode, State, Wait
+from app.domain.execution import Execution, ReasonCode, State, Wait
 from app.domain.robot import MissionParameter
 from app.screens.common.cancelled import say_cancelled
 from app.screens.common.group_starts import GroupStarts

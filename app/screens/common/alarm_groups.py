@@ -7,8 +7,9 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
 
+from app.domain.execution import ReasonCode
 from app.domain.message import render
-from app.domain.models import Alarm, ReasonCode, Robot, Settings
+from app.domain.models import Alarm, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarms_view import (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.domain.models import Execution, State
+from app.domain.execution import Execution, State
 from app.i18n import _
 from app.screens.common.holding import about_start, waiting_words
 from app.screens.common.shell import PROBLEM_SECONDS, Shell

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.domain.models import State, Trigger
+from app.domain.execution import State, Trigger
 from app.i18n import _, pgettext
 
 # state: (icon, tone)

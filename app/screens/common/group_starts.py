@@ -9,7 +9,8 @@ from typing import TypeVar
 
 from app.database.robots import Hold
 from app.domain import choice
-from app.domain.models import Execution, Group, Mission, Robot, Settings, State, Wait
+from app.domain.execution import Execution, State, Wait
+from app.domain.models import Group, Mission, Robot, Settings
 from app.i18n import _
 from app.screens.common.cancelled import ask_to_cancel, ask_to_stop, is_undoable, say_cancelled
 from app.screens.common.holding import HAND, about_start, hold_at, until_words

@@ -7,7 +7,8 @@ from datetime import datetime
 
 from app.database.robots import Hold
 from app.domain import rules
-from app.domain.models import Execution, Group, Robot, Settings, State, Wait
+from app.domain.execution import Execution, State, Wait
+from app.domain.models import Group, Robot, Settings
 from app.domain.reasons import waiting_sentence
 from app.i18n import _
 from app.screens.common import formats

@@ -10,7 +10,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from app.domain.clock import Clock
-from app.domain.models import Execution, Group, Mission, Robot, Schedule
+from app.domain.execution import Execution
+from app.domain.models import Group, Mission, Robot, Schedule
 from app.domain.names import own_schedule_name
 from app.domain.parameters import IDENTIFIER
 from app.domain.robot import MissionParameter

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from kivy.clock import Clock, ClockEvent
 
 from app.domain import choice
-from app.domain.models import Execution, State, Wait
+from app.domain.execution import Execution, State, Wait
 from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import formats

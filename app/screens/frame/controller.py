@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from kivy.clock import Clock
 
 from app.domain.clock import zone_names
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.i18n import _, ngettext, translator
 from app.screens.common import formats
 from app.screens.common.alarms_view import Act, alarm_text, bell, doubts_clock, is_over, is_shelved

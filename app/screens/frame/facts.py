@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from app.database.robots import Hold
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import Alarm, Execution, Robot, Settings, State, Wait
+from app.domain.execution import Execution, State, Wait
+from app.domain.models import Alarm, Robot, Settings
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name
 from app.services.catalogue.catalogue import Catalogue

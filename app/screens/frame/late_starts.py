@@ -8,7 +8,8 @@ from datetime import datetime
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
 from app.domain import rules
-from app.domain.models import Execution, Settings
+from app.domain.execution import Execution
+from app.domain.models import Settings
 from app.i18n import _
 from app.screens.common.cancelled import say_cancelled
 from app.screens.common.name_order import with_id

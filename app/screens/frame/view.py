@@ -8,7 +8,8 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.database.robots import Hold
-from app.domain.models import Alarm, Execution, Priority, Robot, Settings
+from app.domain.execution import Execution
+from app.domain.models import Alarm, Priority, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.alarm_groups import Together, group_text, has_leader, together

@@ -10,7 +10,8 @@ from functools import cached_property
 from app.database.robots import Hold
 from app.domain.activity import NO_DATA, ActivitySpan, activity_of
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Group, Mission, Robot, RobotSnapshot, Settings, State
+from app.domain.execution import DurationEstimate, Execution, State
+from app.domain.models import Group, Mission, Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState, RobotStatus
 from app.screens.common.holding import hold_at, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
 
 from app.domain.activity import NO_DATA
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.screens.common.alarms_view import id_in
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices

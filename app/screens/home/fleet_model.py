@@ -14,8 +14,9 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.database.robots import Hold
-from app.domain.models import Execution, Robot, RobotSnapshot, Settings, State
+from app.domain.execution import Execution, State
 from app.domain.models import Group as RobotGroup
+from app.domain.models import Robot, RobotSnapshot, Settings
 from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
 from app.screens.common import formats

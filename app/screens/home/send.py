@@ -9,7 +9,8 @@ from typing import Any
 
 from app.domain import rules
 from app.domain.activity import is_charging
-from app.domain.models import DurationEstimate, Execution, Group, HandOver, Mission, Robot
+from app.domain.execution import DurationEstimate, Execution
+from app.domain.models import Group, HandOver, Mission, Robot
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 
-from app.domain.models import DurationEstimate, Mission, Robot
+from app.domain.execution import DurationEstimate
+from app.domain.models import Mission, Robot
 from app.domain.robot import MissionParameter
 from app.screens.common.missing_mission import FETCH, or_fetch
 from app.screens.common.parameters_view import Problems, fields_of, values_of

@@ -8,7 +8,8 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 
 from app.domain import choice, names, rules
-from app.domain.models import Execution, ReasonCode, Robot, State, Wait
+from app.domain.execution import Execution, ReasonCode, State, Wait
+from app.domain.models import Robot
 from app.domain.reasons import sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext

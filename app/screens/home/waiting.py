@@ -7,7 +7,8 @@ from datetime import datetime, timedelta
 from typing import Any
 
 from app.domain import choice
-from app.domain.models import Execution, Group, Robot, Settings, State, Wait
+from app.domain.execution import Execution, State, Wait
+from app.domain.models import Group, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import has_no_robot

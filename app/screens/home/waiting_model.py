@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.home.facts import HomeFacts, HomeServices
 from app.screens.home.waiting import others_for, starts_with_a_robot, waiting_of, waiting_row, waiting_title

@@ -9,7 +9,8 @@ from zoneinfo import ZoneInfo
 
 from app.database.execution_history import ExecutionFilter, PageKey
 from app.domain.clock import Clock
-from app.domain.models import DurationEstimate, Execution, Group, ReasonCode, Robot, Settings, State
+from app.domain.execution import DurationEstimate, Execution, ReasonCode, State
+from app.domain.models import Group, Robot, Settings
 from app.domain.reasons import codes_with
 from app.i18n import _
 from app.screens.common.name_order import by_name, with_id

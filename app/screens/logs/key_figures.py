@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import date, timedelta
 
-from app.domain.models import Reason
+from app.domain.execution import Reason
 from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import formats

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from app.domain.models import Reason, State
+from app.domain.execution import Reason, State
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext, pgettext
 from app.screens.common import execution_appearance, formats

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from zoneinfo import ZoneInfo
 
 from app.domain import choice
-from app.domain.models import Execution, Group, Robot, State
+from app.domain.execution import Execution, State
+from app.domain.models import Group, Robot
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.options import Option

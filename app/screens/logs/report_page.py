@@ -7,7 +7,8 @@ from datetime import datetime
 from html import escape
 
 from app.domain.activity import NO_DATA
-from app.domain.models import Alarm, Execution, Reason, State
+from app.domain.execution import Execution, Reason, State
+from app.domain.models import Alarm
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats

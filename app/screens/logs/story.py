@@ -8,7 +8,7 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.execution_history import Replacement
-from app.domain.models import DurationEstimate, Execution, State
+from app.domain.execution import DurationEstimate, Execution, State
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import waiting_words

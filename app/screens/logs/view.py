@@ -11,7 +11,8 @@ from itertools import groupby
 from zoneinfo import ZoneInfo
 
 from app.domain.clock import DAY, midnight
-from app.domain.models import OPEN_STATES, DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger
+from app.domain.execution import OPEN_STATES, DurationEstimate, Execution, Reason, ReasonCode, State, Trigger
+from app.domain.models import Robot
 from app.domain.reasons import sentence
 from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 from app.domain import choice, conflicts
-from app.domain.models import Execution, Reason, ReasonCode
+from app.domain.execution import Execution, Reason, ReasonCode
 from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats

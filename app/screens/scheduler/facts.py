@@ -12,7 +12,8 @@ from app.database.execution_history import ExecutionFilter
 from app.database.robots import Hold
 from app.domain import names
 from app.domain.clock import MOMENT, Clock
-from app.domain.models import Connection, Execution, Group, Mission, Robot, Schedule, Settings
+from app.domain.execution import Execution
+from app.domain.models import Connection, Group, Mission, Robot, Schedule, Settings
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames, Start
 from app.screens.common.name_order import by_name

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from app.domain.models import Execution, Group, Robot, Schedule
+from app.domain.execution import Execution
+from app.domain.models import Group, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words

@@ -10,7 +10,8 @@ from typing import Any
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.domain.models import Execution, Schedule
+from app.domain.execution import Execution
+from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts, robots_for

@@ -10,7 +10,8 @@ from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.database.robots import Hold
-from app.domain.models import Execution, Group, Robot, State
+from app.domain.execution import Execution, State
+from app.domain.models import Group, Robot
 from app.i18n import _, ngettext
 from app.screens.common import foreseen, formats
 from app.screens.common.robot_appearance import off_word, silence_word

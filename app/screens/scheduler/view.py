@@ -8,7 +8,8 @@ from datetime import UTC, date, datetime, time
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import WEEKDAYS, Group, Schedule, State
+from app.domain.execution import State
+from app.domain.models import WEEKDAYS, Group, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_note, run_words

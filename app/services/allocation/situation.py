@@ -11,7 +11,7 @@ from enum import StrEnum
 from functools import cached_property
 from typing import Protocol
 
-from app.domain.models import DurationEstimate
+from app.domain.execution import DurationEstimate
 
 LOW, NORMAL, HIGH, CRITICAL = -1, 0, 1, 2
 _WEIGHTS = (0.5, 1.0, 3.0, 10.0)

@@ -32,8 +32,9 @@ from app.database.settings import (
 from app.database.table import Table
 from app.database.value_checks import LARGEST_IN_USE, YEARS, tables, unusable, wrong_number
 from app.database.values import to_optional_instant
+from app.domain.execution import OPEN_STATES
 from app.domain.message import Message, message
-from app.domain.models import OPEN_STATES, InvalidInput
+from app.domain.models import InvalidInput
 from app.services.catalogue import checks, fields, validation
 from app.services.catalogue.fields import checked
 from app.services.live.access import PIN, is_hash

@@ -20,20 +20,8 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
 from app.domain import names
-from app.domain.models import (
-    DayException,
-    Execution,
-    Fleet,
-    Group,
-    InvalidInput,
-    Mission,
-    Place,
-    Reason,
-    ReasonCode,
-    Robot,
-    Schedule,
-    existing,
-)
+from app.domain.execution import Execution, Reason, ReasonCode
+from app.domain.models import DayException, Fleet, Group, InvalidInput, Mission, Place, Robot, Schedule, existing
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition

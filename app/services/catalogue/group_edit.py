@@ -8,17 +8,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 
-from app.domain.models import (
-    Execution,
-    Group,
-    InvalidInput,
-    Mission,
-    Place,
-    Reason,
-    ReasonCode,
-    Robot,
-    State,
-)
+from app.domain.execution import Execution, Reason, ReasonCode, State
+from app.domain.models import Group, InvalidInput, Mission, Place, Robot
 from app.services.catalogue import fields, generated_names, validation
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free

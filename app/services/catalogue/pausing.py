@@ -10,7 +10,8 @@ from datetime import datetime
 
 from app.domain import rules
 from app.domain.clock import MOMENT
-from app.domain.models import InvalidInput, Reason, ReasonCode, Schedule
+from app.domain.execution import Reason, ReasonCode
+from app.domain.models import InvalidInput, Schedule
 from app.services.catalogue import change_log, schedule_edit
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.changes import Topic

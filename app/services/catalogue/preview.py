@@ -23,7 +23,8 @@ from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import MOMENT, Clock
-from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
+from app.domain.execution import DurationEstimate
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.services.catalogue import validation
 from app.services.planning.conflicts import finish_by_short
 from app.services.planning.draft_conflicts import DraftConflicts

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.models import IdleRule, InvalidInput, Reason, ReasonCode, Robot, Trigger
+from app.domain.execution import Reason, ReasonCode, Trigger
+from app.domain.models import IdleRule, InvalidInput, Robot
 from app.mir.credentials import token_for
 from app.services.catalogue import change_log, fields, generated_names, group_edit, validation
 from app.services.catalogue.edit import Edit, Removed

@@ -10,7 +10,8 @@ from datetime import datetime, timedelta
 
 from app.domain import names
 from app.domain.clock import MOMENT
-from app.domain.models import Group, Mission, Overlap, Robot, Schedule, State
+from app.domain.execution import State
+from app.domain.models import Group, Mission, Overlap, Robot, Schedule
 from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.edit import Edit, Removed

@@ -9,24 +9,10 @@ from datetime import datetime
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from app.database.execution_rows import UNBOUND
 from app.database.table import Table
 from app.domain import names
-from app.domain.models import (
-    DayException,
-    Execution,
-    Fleet,
-    Group,
-    IdleRule,
-    InvalidInput,
-    Mission,
-    Place,
-    ReasonCode,
-    Robot,
-    Schedule,
-    State,
-    Trigger,
-)
+from app.domain.execution import UNBOUND, Execution, ReasonCode, State, Trigger
+from app.domain.models import DayException, Fleet, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import (
     change_log,
     fleet_edit,

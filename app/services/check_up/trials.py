@@ -16,8 +16,9 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.check_up import LeftBehind, Topic, Trial
 from app.domain.clock import Clock
+from app.domain.execution import State
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput, Robot, Settings, State
+from app.domain.models import InvalidInput, Robot, Settings
 from app.domain.robot import RobotState
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError

@@ -14,7 +14,8 @@ from collections.abc import Callable, Mapping, Sequence
 from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository
 from app.domain import rules
-from app.domain.models import Execution, Group, Reason, ReasonCode, Robot, Wait
+from app.domain.execution import Execution, Reason, ReasonCode, Wait
+from app.domain.models import Group, Robot
 from app.services.allocation.choose import LAST_CALL, Decision, choose
 from app.services.dispatch import messages
 from app.services.dispatch.context import Context

@@ -13,8 +13,9 @@ from typing import Any
 
 from app.database.values import to_text
 from app.domain import rules
+from app.domain.execution import Execution, Reason, ReasonCode
 from app.domain.message import Message, message
-from app.domain.models import Execution, Reason, ReasonCode, Robot, Settings
+from app.domain.models import Robot, Settings
 from app.mir.errors import NotAMir, Refusal, Rejected, RobotError, RobotFault, Unauthorized, Unreadable
 from app.mir.target import Target
 from app.services.allocation.situation import Ineligible

@@ -9,8 +9,8 @@ from datetime import datetime, timedelta
 
 from app.domain.capabilities import FindBy
 from app.domain.clock import EARLIEST
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.message import Message
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem, QueueState
 from app.mir.errors import Ambiguous, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target

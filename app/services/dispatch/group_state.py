@@ -15,7 +15,8 @@ from app.database.missions import DurationRepository, StopRepository
 from app.database.values import to_instant
 from app.domain.activity import at_work, can_work, is_free
 from app.domain.clock import midnight
-from app.domain.models import Connection, DurationEstimate, Execution, Group, HandOver, Mission, Robot, Schedule
+from app.domain.execution import DurationEstimate, Execution
+from app.domain.models import Connection, Group, HandOver, Mission, Robot, Schedule
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
 from app.services.allocation.choose import AHEAD, Advantage, Decision, Option
 from app.services.allocation.situation import (

@@ -16,8 +16,8 @@ from datetime import datetime, timedelta
 
 from app.domain.capabilities import FindBy
 from app.domain.choice import may_change_robot
+from app.domain.execution import Execution, Reason, ReasonCode, State
 from app.domain.message import Message, message
-from app.domain.models import Execution, Reason, ReasonCode, State
 from app.mir.errors import Ambiguous, RobotError, VehicleUnavailable
 from app.mir.target import Target
 from app.services.dispatch.attempt import Attempt, Phase, intent_of

@@ -20,7 +20,8 @@ from app.database.robots import RobotRepository
 from app.database.settings import SettingsRepository
 from app.domain.choice import may_change_robot
 from app.domain.clock import Clock
-from app.domain.models import OPEN_STATES, Execution, InvalidInput, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.execution import OPEN_STATES, Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import InvalidInput, Robot
 from app.domain.reasons import sentence, to_store
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in, note_used_by_idle, watch

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 
-from app.domain.models import Execution, Robot
+from app.domain.execution import Execution
+from app.domain.models import Robot
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from app.domain.activity import SpanRecorder, activity_of, can_work, is_charging
 from app.domain.capabilities import FindBy
 from app.domain.check_up import RobotProfile
 from app.domain.clock import ClockReading
+from app.domain.execution import Execution
 from app.domain.message import Message, message, message_of, render
-from app.domain.models import Connection, Execution, Robot
+from app.domain.models import Connection, Robot
 from app.domain.robot import RobotState, RobotStatus, problems_in_words
 from app.mir.errors import (
     AnotherFleet,

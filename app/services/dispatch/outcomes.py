@@ -10,8 +10,8 @@ from datetime import datetime
 
 from app.domain import rules
 from app.domain.choice import may_change_robot
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.message import Message
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.robot import QueueItem
 from app.mir.errors import AnotherFleet, AnotherRobot, RobotError, Unauthorized
 from app.mir.target import Target

@@ -13,8 +13,9 @@ from datetime import timedelta
 
 from app.database.robots import Accepted
 from app.domain.capabilities import FindBy
+from app.domain.execution import Execution, Trigger
 from app.domain.message import Message, message
-from app.domain.models import ANY_VEHICLE, Execution, Trigger
+from app.domain.models import ANY_VEHICLE
 from app.domain.robot import QueueItem
 from app.mir.errors import Refusal, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.target import Target

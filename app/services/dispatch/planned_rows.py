@@ -12,17 +12,8 @@ from typing import Any
 from app.database.schedules import Skip
 from app.domain import rules
 from app.domain.clock import MOMENT
-from app.domain.models import (
-    Execution,
-    Group,
-    Mission,
-    Reason,
-    ReasonCode,
-    Robot,
-    Schedule,
-    Settings,
-    Wait,
-)
+from app.domain.execution import Execution, Reason, ReasonCode, Wait
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.services.dispatch.messages import Readiness
 from app.services.live.downtime import UNKNOWN_START, Downtime, Gap
 from app.services.planning.recurrence import next_occurrence, passed_occurrences

@@ -20,17 +20,8 @@ from app.database.schedules import Progress, ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import EARLIEST, MOMENT, Clock
-from app.domain.models import (
-    Alarm,
-    Execution,
-    Reason,
-    ReasonCode,
-    Robot,
-    Schedule,
-    Settings,
-    State,
-    Wait,
-)
+from app.domain.execution import Execution, Reason, ReasonCode, State, Wait
+from app.domain.models import Alarm, Robot, Schedule, Settings
 from app.services.dispatch.ledger import Ledger
 from app.services.dispatch.messages import Readiness
 from app.services.dispatch.planned_rows import PlanningContext, RowMaker, passed

@@ -24,7 +24,7 @@ from app.domain import rules
 from app.domain.activity import can_work
 from app.domain.capabilities import FindBy
 from app.domain.choice import may_change_robot
-from app.domain.models import Execution, State, Trigger, Wait
+from app.domain.execution import Execution, State, Trigger, Wait
 from app.mir.errors import Delivery, NotWanted, RobotError, Unnumbered
 from app.mir.target import Target
 from app.services.allocation.situation import Ineligible

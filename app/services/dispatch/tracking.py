@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from datetime import datetime
 
+from app.domain.execution import Execution, Reason, ReasonCode, State
 from app.domain.message import message
-from app.domain.models import Execution, Reason, ReasonCode, State
 from app.domain.robot import QueueItem, QueueState
 from app.mir.errors import NO_LIST, Rejected, RobotError, RobotFault, Unreadable
 from app.mir.robot_vocabulary import USER_REQUEST, as_stored

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from app.domain import rules
 from app.domain.activity import is_free
+from app.domain.execution import Execution, Reason, State, Trigger, Wait
 from app.domain.message import message
-from app.domain.models import Execution, HandOver, Reason, State, Trigger, Wait
+from app.domain.models import HandOver
 from app.domain.robot import RobotStatus
 from app.services.allocation.choose import LAST_CALL
 from app.services.dispatch.context import Context

@@ -19,7 +19,8 @@ from collections.abc import Sequence
 from datetime import timedelta
 
 from app.domain import rules
-from app.domain.models import Execution, HandOver, Robot, Trigger
+from app.domain.execution import Execution, Trigger
+from app.domain.models import HandOver, Robot
 from app.domain.robot import RobotStatus
 from app.mir.errors import NO_LIST, AnotherRobot, Rejected, RobotError
 from app.mir.target import Target

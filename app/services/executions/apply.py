@@ -13,7 +13,7 @@ from app.database.executions import ExecutionRepository
 from app.database.group_executions import GroupExecutionRepository, Watch
 from app.database.robots import Accepted, RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.domain.models import OPEN_STATES, Execution, State, Trigger
+from app.domain.execution import OPEN_STATES, Execution, State, Trigger
 from app.services.executions.transitions import (
     BY_A_PERSON,
     MAY_BE_WITH_THE_ROBOT,

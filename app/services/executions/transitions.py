@@ -11,10 +11,10 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
-from app.database.execution_rows import UNBOUND
 from app.domain import rules
+from app.domain.execution import UNBOUND, Execution, Reason, ReasonCode, State, Wait
 from app.domain.message import Message
-from app.domain.models import Execution, Reason, ReasonCode, Robot, State, Wait
+from app.domain.models import Robot
 from app.domain.robot import QueueItem
 
 NOT_WITH_THE_ROBOT = (State.WAITING, State.SUBMITTING)  # or at least may be

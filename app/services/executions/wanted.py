@@ -8,14 +8,14 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-from app.database.execution_rows import UNBOUND
 from app.database.group_executions import GroupExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
 from app.domain import rules
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Schedule, Settings, Trigger
+from app.domain.execution import UNBOUND, Execution, Reason, ReasonCode, Trigger
+from app.domain.models import Mission, Schedule, Settings
 from app.services.executions.transitions import why_withdrawn
 from app.services.planning.planned import first_due
 from app.services.planning.working_days import WorkingCalendar, working_calendar

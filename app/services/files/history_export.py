@@ -14,7 +14,7 @@ from typing import TextIO
 
 from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.domain.choice import chosen
-from app.domain.models import Execution
+from app.domain.execution import Execution
 from app.domain.reasons import known_zone, sentence
 
 COLUMNS = (

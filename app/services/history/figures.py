@@ -13,7 +13,7 @@ from enum import StrEnum
 from typing import Any, Generic, TypeVar
 
 from app.database.kpi import Count
-from app.domain.models import ENDED_STATES, STATE_OF_REASON, ReasonCode, State
+from app.domain.execution import ENDED_STATES, STATE_OF_REASON, ReasonCode, State
 from app.domain.writing import Translate
 from app.services.planning.durations import percentile
 

@@ -22,7 +22,8 @@ from app.database.settings import SettingsRepository
 from app.database.values import from_json, to_instant, to_text
 from app.domain.activity import seen_seconds
 from app.domain.clock import DAY, MOMENT, Clock, days_between, midnight
-from app.domain.models import Execution, Robot
+from app.domain.execution import Execution
+from app.domain.models import Robot
 from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
 from app.services.planning.working_days import working_calendar

@@ -14,7 +14,7 @@ from app.database.missions import DurationRepository, MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.activity import ActivitySpan, without_gaps
-from app.domain.models import DurationEstimate, Execution, State
+from app.domain.execution import DurationEstimate, Execution, State
 from app.services.planning.durations import expected
 
 DOUBTED_FOR = timedelta(days=7)  # that a start is looked back for in whose place another one was started

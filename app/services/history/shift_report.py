@@ -12,7 +12,8 @@ from app.database.alarms import AlarmRepository
 from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain.clock import DAY, Clock, midnight
-from app.domain.models import Alarm, Execution, Settings
+from app.domain.execution import Execution
+from app.domain.models import Alarm, Settings
 from app.services.history.figures import Cause, Delays, Facts, GroupFacts
 from app.services.history.kpis import KpiFilter, Kpis
 from app.services.history.runs import RobotStates, RobotTimeline

@@ -13,8 +13,9 @@ from app.database.connection import Database
 from app.database.robots import Hold, HoldRepository, RobotRepository
 from app.domain.activity import CLOCK_STEP_S
 from app.domain.clock import Clock
+from app.domain.execution import Execution
 from app.domain.message import Message, render
-from app.domain.models import Execution, InvalidInput, existing
+from app.domain.models import InvalidInput, existing
 from app.services.live.changes import Changes, Topic
 
 LONGEST_REASON = 200  # characters

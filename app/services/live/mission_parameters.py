@@ -18,7 +18,8 @@ from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.database.missions import MissionParameterRepository
 from app.domain.clock import Clock
-from app.domain.models import Connection, Execution, InvalidInput, Reason, ReasonCode, Robot
+from app.domain.execution import Execution, Reason, ReasonCode
+from app.domain.models import Connection, InvalidInput, Robot
 from app.domain.parameters import has_position_by_name, values_for
 from app.domain.robot import ENTRIES, MapPosition, MissionParameter
 from app.mir.errors import AnotherRobot, Busy, NotAMir, Refusal, RobotError, SerialNumberHidden, Unreadable

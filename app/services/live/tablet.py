@@ -17,8 +17,9 @@ from app.database.connection import Database
 from app.database.settings import SettingsRepository
 from app.domain import rules
 from app.domain.clock import Clock
+from app.domain.execution import Execution
 from app.domain.message import Message, message
-from app.domain.models import Execution, InvalidInput
+from app.domain.models import InvalidInput
 from app.services.live.holds import Holds
 from app.services.live.windows import registry_value
 

@@ -11,7 +11,8 @@ from app.database.groups import GroupRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.domain.conflicts import ConflictCode
-from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule
+from app.domain.execution import DurationEstimate
+from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.planning.conflicts import (
     HOUR,
     Resource,

@@ -12,7 +12,8 @@ from itertools import pairwise
 
 from app.database.groups import PlaceRepository
 from app.database.missions import DurationRepository, MissionRepository
-from app.domain.models import DurationEstimate, Group, Mission, Place, Robot
+from app.domain.execution import DurationEstimate
+from app.domain.models import Group, Mission, Place, Robot
 from app.services.allocation.situation import run_duration
 
 MOST_MISSIONS = 5  # that are looked at

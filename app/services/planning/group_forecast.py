@@ -17,7 +17,8 @@ from app.database.robots import HoldRepository
 from app.domain import rules
 from app.domain.choice import LEAVES_ROBOT_FREE
 from app.domain.clock import DAY, days_between, midnight
-from app.domain.models import Execution, Group, HandOver, Mission, Robot, Schedule, Settings, State, Trigger
+from app.domain.execution import Execution, State, Trigger
+from app.domain.models import Group, HandOver, Mission, Robot, Schedule, Settings
 from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
 from app.services.planning.durations import LiveRobots, MissionDurations

@@ -12,7 +12,8 @@ from datetime import datetime, timedelta
 from typing import NamedTuple
 
 from app.database.schedules import Skip
-from app.domain.models import DurationEstimate, Schedule
+from app.domain.execution import DurationEstimate
+from app.domain.models import Schedule
 from app.services.planning.planned import ASSUMED_S, PlannedRun, copy_at
 from app.services.planning.recurrence import Occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar

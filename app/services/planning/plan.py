@@ -14,7 +14,8 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain.clock import MOMENT, Clock
-from app.domain.models import DurationEstimate, Group, Mission, Place, Robot, Schedule
+from app.domain.execution import DurationEstimate
+from app.domain.models import Group, Mission, Place, Robot, Schedule
 from app.services.allocation.choose import AHEAD
 from app.services.planning.conflicts import Shared, place_warning, plan_conflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations

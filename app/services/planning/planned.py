@@ -10,7 +10,8 @@ from zoneinfo import ZoneInfo
 
 from app.domain.clock import MOMENT
 from app.domain.conflicts import ConflictCode
-from app.domain.models import DurationEstimate, Group, Mission, Robot, Schedule, Settings
+from app.domain.execution import DurationEstimate
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.domain.rules import closes_at
 from app.services.planning.recurrence import occurrences, to_utc
 from app.services.planning.working_days import WorkingCalendar

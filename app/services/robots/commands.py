@@ -21,20 +21,8 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.domain import rules
 from app.domain.clock import Clock
-from app.domain.models import (
-    Execution,
-    Group,
-    HandOver,
-    InvalidInput,
-    Mission,
-    Reason,
-    ReasonCode,
-    Robot,
-    Settings,
-    State,
-    Trigger,
-    existing,
-)
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
+from app.domain.models import Group, HandOver, InvalidInput, Mission, Robot, Settings, existing
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
 from app.mir.credentials import normalise_fingerprint, token_for

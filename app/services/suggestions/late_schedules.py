@@ -12,7 +12,7 @@ from statistics import median
 from types import MappingProxyType
 
 from app.database.suggestions import PastRun
-from app.domain.models import ReasonCode, Trigger
+from app.domain.execution import ReasonCode, Trigger
 from app.services.planning.durations import wilson
 
 LATE_S = 300.0  # after its planned instant

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from statistics import median
 
-from app.domain.models import DurationEstimate
+from app.domain.execution import DurationEstimate
 from app.services.allocation.situation import CRITICAL, HIGH, LOW, NORMAL, run_duration
 
 MINUTE, HOUR = 60.0, 3600.0

@@ -9,7 +9,8 @@ import pytest
 
 import mir_sim
 from app.container import Container
-from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission, State
+from app.domain.execution import State
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission
 from tests.unit.sim.asking import GUIDS
 
 BOUND = 30.0

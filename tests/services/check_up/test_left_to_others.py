@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from app.domain.check_up import Level, Topic
+from app.domain.execution import Execution, State
 from app.domain.message import render
-from app.domain.models import Execution, Mission, State
+from app.domain.models import Mission
 from app.mir.transport import Response
 from mir_sim import MISSIONS, Request
 from mir_sim.api import BASE

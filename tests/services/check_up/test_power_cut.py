@@ -9,8 +9,9 @@ import pytest
 
 from app.database.errors import DatabaseUnavailable
 from app.domain.check_up import Level, Topic, Trial
+from app.domain.execution import State, Wait
 from app.domain.message import render
-from app.domain.models import InvalidInput, State, Wait
+from app.domain.models import InvalidInput
 from tests.support.check_up_site import CheckedRobot, Killed, check_ups_of
 from tests.support.findings import says
 from tests.support.site import GUIDS, Site

@@ -10,8 +10,9 @@ import pytest
 
 from app.database.check_ups import CheckUpRepository
 from app.domain.check_up import LeftBehind, Level, Topic, Trial
+from app.domain.execution import Reason, ReasonCode, State, Trigger
 from app.domain.message import render
-from app.domain.models import Group, InvalidInput, Reason, ReasonCode, State, Trigger
+from app.domain.models import Group, InvalidInput
 from app.domain.reasons import sentence
 from app.i18n import _, translator
 from app.services.check_up.journal import HOLD

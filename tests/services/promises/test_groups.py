@@ -11,7 +11,8 @@ from itertools import pairwise
 import pytest
 
 from app.domain.choice import chosen, earlier_robots, stuck, stuck_since
-from app.domain.models import Overlap, Place, Trigger
+from app.domain.execution import Trigger
+from app.domain.models import Overlap, Place
 from app.services.catalogue import group_edit
 from tests.services.story import *
 

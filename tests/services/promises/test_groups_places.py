@@ -6,7 +6,8 @@ from datetime import timedelta
 from functools import partial
 
 from app.domain.activity import is_charging
-from app.domain.models import Group, Place, Trigger
+from app.domain.execution import Trigger
+from app.domain.models import Group, Place
 from app.domain.reasons import waiting_sentence
 from app.services.catalogue import group_edit
 from tests.services.story import *

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import Phase, example, given, settings
 from hypothesis import strategies as st
 
-from app.domain.models import Schedule, State
+from app.domain.execution import State
+from app.domain.models import Schedule
 from app.services.catalogue import group_edit
 from tests.services.story import *
 from tests.support.groups import Hall

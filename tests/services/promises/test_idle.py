@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-from app.domain.models import Place, Trigger
+from app.domain.execution import Trigger
+from app.domain.models import Place
 from app.services.catalogue import group_edit
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.domain.models import ReasonCode
+from app.domain.execution import ReasonCode
 from tests.services.story import *
 
 DAILY = plan(at="06:05", rule="FREQ=DAILY")

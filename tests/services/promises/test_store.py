@@ -12,7 +12,7 @@ import pytest
 from app.database.connection import Database, DatabaseUnavailable
 from app.database.errors import DatabaseError
 from app.database.writer import ThreadedWriter
-from app.domain.models import ReasonCode, State
+from app.domain.execution import ReasonCode, State
 from app.domain.reasons import sentence
 from tests.support.seen import items, outcomes, reason
 

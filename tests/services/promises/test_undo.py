@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.models import Connection, Overlap, Trigger
+from app.domain.execution import Trigger
+from app.domain.models import Connection, Overlap
 from app.services.catalogue.undo import may_wait_again
 from tests.services.story import *
 

@@ -9,7 +9,8 @@ import pytest
 
 from app.database.activities import ActivityRepository
 from app.domain.activity import ActivitySpan
-from app.domain.models import Connection, Execution, Group, State, Trigger
+from app.domain.execution import Execution, State, Trigger
+from app.domain.models import Connection, Group
 from app.domain.robot import QueueItem, QueueState, RobotStatus
 from app.screens.home.cards import HomeWide
 from app.screens.home.fleet_page import FleetGrid, FleetHead, FleetPage, RobotCell

@@ -6,7 +6,8 @@ from contextlib import contextmanager
 
 import pytest
 
-from app.domain.models import InvalidInput, ReasonCode, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import InvalidInput
 from app.mir.errors import Unreachable
 from app.screens.home.cards import SendTile
 from app.widgets.buttons import CommandButton

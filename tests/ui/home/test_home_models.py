@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import Group, State
+from app.domain.execution import State
+from app.domain.models import Group
 from app.screens.home import commands
 from app.screens.home.commands import HomeCommands, ResetReport
 from app.screens.home.screen import HomeViewModel

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from kivy.core.window import Window
 
-from app.domain.models import Group, Mission, State, Trigger
+from app.domain.execution import State, Trigger
+from app.domain.models import Group, Mission
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import AllMissionsSheet, SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.domain.robot import MissionParameter
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.screens.logs.cards import RunsList
 from app.services.history.kpis import KpiFilter
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from app.domain.models import Group, State, Trigger
+from app.domain.execution import State, Trigger
+from app.domain.models import Group
 from app.screens.logs.of_groups import OfGroup
 from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow

@@ -7,7 +7,7 @@ import threading
 import pytest
 from kivy.core.window import Window
 
-from app.domain.models import State
+from app.domain.execution import State
 from app.screens.logs.cards import RunsList
 from app.screens.logs.run_story import StorySheet
 from app.screens.logs.view import Filters, Period

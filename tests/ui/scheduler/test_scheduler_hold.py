@@ -6,7 +6,8 @@ from datetime import UTC, date, datetime, time, timedelta
 
 from icalendar import Calendar
 
-from app.domain.models import DayException, State
+from app.domain.execution import State
+from app.domain.models import DayException
 from app.screens.scheduler.cards import PlanPage, ScheduleRow
 from app.screens.scheduler.hold import HoldSheet
 from app.services.live.holds import Holds

@@ -7,7 +7,7 @@ from datetime import time
 
 import pytest
 
-from app.domain.models import ReasonCode, State
+from app.domain.execution import ReasonCode, State
 from app.screens.scheduler.cards import FormSheet, ScheduleRow, SchedulesPage
 from app.widgets.buttons import IconButton, MenuChip, Toggle
 from app.widgets.choices import OptionRow

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.models import DurationEstimate
+from app.domain.execution import DurationEstimate
 from app.services.allocation.choose import (
     EVEN,
     FAILED,

@@ -9,7 +9,8 @@ import pytest
 
 from app.database.connection import Database
 from app.database.settings import CalendarRepository
-from app.domain.models import DayException, InvalidInput, ReasonCode, Schedule, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import DayException, InvalidInput, Schedule
 from app.services.catalogue import validation
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic

@@ -8,19 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.domain.models import (
-    DayException,
-    Group,
-    HandOver,
-    IdleRule,
-    InvalidInput,
-    Mission,
-    Place,
-    ReasonCode,
-    Robot,
-    Settings,
-    State,
-)
+from app.domain.execution import ReasonCode, State
+from app.domain.models import DayException, Group, HandOver, IdleRule, InvalidInput, Mission, Place, Robot, Settings
 from app.domain.robot import MissionParameter
 from app.mir.credentials import Token
 from app.services.catalogue import mission_edit, robot_edit, settings_edit

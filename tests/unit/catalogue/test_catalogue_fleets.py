@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Group, InvalidInput, ReasonCode, Robot, State
+from app.domain.execution import ReasonCode, State
+from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Group, InvalidInput, Robot
 from tests.support.edits import switch_robot
 from tests.unit.catalogue.world import ROBOTS, refuses
 

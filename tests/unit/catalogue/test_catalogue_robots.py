@@ -8,17 +8,8 @@ from datetime import date
 import pytest
 
 from app.database.robots import Hold, HoldRepository
-from app.domain.models import (
-    DayException,
-    Group,
-    IdleRule,
-    InvalidInput,
-    Mission,
-    Place,
-    ReasonCode,
-    Robot,
-    State,
-)
+from app.domain.execution import ReasonCode, State
+from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot
 from app.domain.robot import IdentifiedBy
 from tests.support.edits import switch_robot
 from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses

@@ -8,14 +8,8 @@ from datetime import datetime, time
 import pytest
 
 from app.database.schedules import ScheduleRepository
-from app.domain.models import (
-    Between,
-    InvalidInput,
-    Mission,
-    ReasonCode,
-    Robot,
-    State,
-)
+from app.domain.execution import ReasonCode, State
+from app.domain.models import Between, InvalidInput, Mission, Robot
 from app.services.catalogue import robot_edit
 from app.services.live.changes import Topic
 from tests.unit.catalogue.world import EXECUTIONS, SCHEDULES, refuses

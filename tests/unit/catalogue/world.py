@@ -13,16 +13,8 @@ from app.database.executions import ExecutionRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
-from app.domain.models import (
-    Execution,
-    InvalidInput,
-    Mission,
-    ReasonCode,
-    Robot,
-    Schedule,
-    State,
-    Trigger,
-)
+from app.domain.execution import Execution, ReasonCode, State, Trigger
+from app.domain.models import InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from app.database.connection import Database
-from app.domain.models import Execution, Trigger
+from app.domain.execution import Execution, Trigger
 from tests.support.clock import VirtualClock
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)

@@ -11,7 +11,8 @@ from app.database.executions import ExecutionRepository
 from app.database.missions import DurationRepository
 from app.database.robots import RobotRepository
 from app.database.schema import _RUN_DURATIONS
-from app.domain.models import OPEN_STATES, Robot, State
+from app.domain.execution import OPEN_STATES, State
+from app.domain.models import Robot
 from tests.support.stored import bring_over, brought_up_to_date
 from tests.unit.database.conftest import NOON
 

@@ -15,7 +15,7 @@ from app.database import execution_history
 from app.database.execution_history import PRUNED_AT_ONCE, ExecutionFilter, ExecutionHistory, PageKey
 from app.database.executions import ExecutionRepository
 from app.database.schedules import ScheduleRepository
-from app.domain.models import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.execution import ENDED_STATES, OPEN_STATES, Reason, ReasonCode, State, Trigger, Wait
 from tests.support.examples import examples
 from tests.unit.database.conftest import NOON
 

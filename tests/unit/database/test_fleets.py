@@ -12,7 +12,8 @@ from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
 from app.database.schema import _FLEETS
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot, State
+from app.domain.execution import State
+from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot
 from app.services.catalogue.database_check import find_problem
 from tests.support.stored import brought_up_to_date
 from tests.unit.database.conftest import NOON

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.reasons import codes_with, sentence, waiting_sentence
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)

@@ -6,7 +6,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.domain import rules
-from app.domain.models import Execution, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Trigger, Wait
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Mission, Robot, Schedule, Settings
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 SETTINGS = Settings(minimum_battery_percent=30)

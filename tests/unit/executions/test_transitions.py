@@ -17,7 +17,8 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain import rules
-from app.domain.models import Execution, Group, Mission, Reason, ReasonCode, Robot, Schedule, Settings, State, Wait
+from app.domain.execution import Execution, Reason, ReasonCode, State, Wait
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.domain.robot import QueueItem, QueueState
 from app.services.executions import apply as table
 from app.services.executions import transitions

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from app.database.connection import Database
 from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.executions import ExecutionRepository
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
 from app.services.files.history_export import write_history
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples

@@ -9,7 +9,8 @@ import pytest
 from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
-from app.domain.models import ANY_VEHICLE, Fleet, Robot, State
+from app.domain.execution import State
+from app.domain.models import ANY_VEHICLE, Fleet, Robot
 from app.screens.logs import report_page
 from app.screens.logs.key_figures import robot_bars
 from app.services.history.kpis import KpiFilter

@@ -9,7 +9,8 @@ import pytest
 
 from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.groups import GroupRepository
-from app.domain.models import Group, Reason, ReasonCode, State, Trigger
+from app.domain.execution import Reason, ReasonCode, State, Trigger
+from app.domain.models import Group
 from app.screens.logs import report_page
 from app.services.history.figures import GroupFacts, line
 from app.services.history.kpis import KpiFilter

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from app.domain.models import Execution, Reason, ReasonCode, State, Trigger
+from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
 from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import percentile
 from tests.support.examples import examples

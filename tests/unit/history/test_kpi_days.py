@@ -15,7 +15,7 @@ from app.database.executions import ExecutionRepository
 from app.database.schema import _ENDED_DAYS, _FIGURES
 from app.database.values import to_text
 from app.domain.clock import midnight
-from app.domain.models import Reason, ReasonCode, State, Trigger
+from app.domain.execution import Reason, ReasonCode, State, Trigger
 from app.services.history.kpis import KpiFilter, Kpis
 from tests.support.clock import VirtualClock
 from tests.support.examples import examples

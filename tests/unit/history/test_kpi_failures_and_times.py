@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
-from app.domain.models import Reason, ReasonCode, State, Trigger
+from app.domain.execution import Reason, ReasonCode, State, Trigger
 from app.services.history.figures import MOST_CAUSES, Cause, causes, kind_of
 from app.services.history.kpis import KpiFilter
 from app.services.planning.durations import LEAST_BASELINE, Band, DayMedian, band, percentile

@@ -13,7 +13,7 @@ from app.database.activities import ActivityRepository
 from app.database.schema import _ACTIVITY_DAYS
 from app.domain.activity import ACTIVITIES, ActivitySpan, seen_seconds
 from app.domain.clock import midnight
-from app.domain.models import State
+from app.domain.execution import State
 from app.services.history.kpis import KpiFilter, Kpis
 from app.services.history.runs import RobotStates
 from tests.support.clock import VirtualClock

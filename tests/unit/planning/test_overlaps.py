@@ -8,7 +8,8 @@ from itertools import takewhile
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.domain.models import Between, DurationEstimate, Mission, Robot, Schedule, Settings
+from app.domain.execution import DurationEstimate
+from app.domain.models import Between, Mission, Robot, Schedule, Settings
 from app.services.planning.overlaps import FURTHEST, STEP, find_overlaps, free_shift, lasts, neighbours
 from app.services.planning.planned import PlannedRun, planned_run
 from app.services.planning.recurrence import Occurrence, occurrences

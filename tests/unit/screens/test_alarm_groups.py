@@ -7,8 +7,9 @@ from datetime import timedelta
 
 import pytest
 
+from app.domain.execution import Reason, ReasonCode
 from app.domain.message import message
-from app.domain.models import Alarm, Reason, ReasonCode, Robot
+from app.domain.models import Alarm, Robot
 from app.domain.reasons import to_store
 from app.mir.errors import SENTENCES
 from app.screens.common.alarm_groups import APART, alarm_item, group_note, group_text, together

@@ -7,7 +7,7 @@ from datetime import date, timedelta
 
 import pytest
 
-from app.domain.models import ReasonCode
+from app.domain.execution import ReasonCode
 from app.screens.logs import key_figures, numbers
 from app.screens.logs.figures import Figures
 from app.screens.logs.key_figures import DayBar, Point, RobotBar

@@ -9,7 +9,8 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain import rules
-from app.domain.models import Alarm, Priority, Wait
+from app.domain.execution import Wait
+from app.domain.models import Alarm, Priority
 from app.screens.common.alarms_view import Act
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.frame.facts import OpenIssues, late_starts

@@ -10,7 +10,8 @@ import pytest
 from app.database.robots import Hold
 from app.domain.activity import ActivitySpan
 from app.domain.capabilities import Capabilities
-from app.domain.models import Connection, DurationEstimate, IdleRule, Robot, RobotSnapshot
+from app.domain.execution import DurationEstimate
+from app.domain.models import Connection, IdleRule, Robot, RobotSnapshot
 from app.domain.robot import QueueItem, QueueState, RobotProblem, RobotState, UserPrompt
 from app.screens.home.card import Card, battery_words, can_reset
 from app.screens.home.facts import HomeFacts, standing

@@ -9,7 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Connection, Group, Reason, ReasonCode, State, Wait
+from app.domain.execution import Reason, ReasonCode, State, Wait
+from app.domain.models import Connection, Group
 from app.screens.common.cancelled import ask_to_cancel
 from app.screens.common.group_starts import robots_for
 from app.screens.home import waiting

@@ -8,7 +8,8 @@ from datetime import timedelta
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import DurationEstimate, Group, HandOver, Mission
+from app.domain.execution import DurationEstimate
+from app.domain.models import Group, HandOver, Mission
 from app.screens.home.facts import HomeFacts
 from app.screens.home.send import SendView, Target, all_missions, send_view, tiles
 from app.screens.home.view import present

@@ -9,7 +9,8 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.capabilities import Capabilities
-from app.domain.models import Connection, Group, Reason, ReasonCode, Schedule, State, Trigger, Wait
+from app.domain.execution import Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Connection, Group, Schedule
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.screens.common.execution_appearance import word
 from app.screens.common.holding import HAND

@@ -7,7 +7,8 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.models import Group, Robot, State, Wait
+from app.domain.execution import State, Wait
+from app.domain.models import Group, Robot
 from app.screens.logs import of_groups, view
 from app.screens.logs.facts import execution_filter
 from app.screens.logs.of_groups import OfGroup

@@ -6,7 +6,7 @@ from datetime import timedelta
 import pytest
 
 from app.database.execution_history import Replacement
-from app.domain.models import DurationEstimate, Reason, ReasonCode, State
+from app.domain.execution import DurationEstimate, Reason, ReasonCode, State
 from app.screens.logs.story import StoryFacts, steps, story
 from tests.unit.screens.test_logs_view import DONE, FAILED, GOAL, NOW, PLANNED, SKIPPED, TO_DOCK, ZONE
 

@@ -6,7 +6,8 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import DurationEstimate, Execution, Reason, ReasonCode, Robot, State, Trigger, Wait
+from app.domain.execution import DurationEstimate, Execution, Reason, ReasonCode, State, Trigger, Wait
+from app.domain.models import Robot
 from app.domain.robot import MissionParameter
 from app.i18n import translator
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames

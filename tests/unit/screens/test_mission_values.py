@@ -6,7 +6,8 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
-from app.domain.models import Execution, Mission, Robot, Schedule, Trigger
+from app.domain.execution import Execution, Trigger
+from app.domain.models import Mission, Robot, Schedule
 from app.domain.robot import MissionParameter
 from app.screens.common.mission_names import ASK_AGAIN_AFTER, MissionNameLookup, MissionNames, SharedMissionNames
 

@@ -9,7 +9,8 @@ from html import unescape
 
 import pytest
 
-from app.domain.models import Alarm, Priority, Reason, ReasonCode, State, Trigger
+from app.domain.execution import Reason, ReasonCode, State, Trigger
+from app.domain.models import Alarm, Priority
 from app.i18n import translator
 from app.screens.common.mission_names import MissionNames
 from app.screens.logs import report_page

@@ -11,7 +11,7 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.container import Container
-from app.domain.models import Execution, State, Wait
+from app.domain.execution import Execution, State, Wait
 from app.domain.robot import QueueState, RobotState
 from app.screens.common.alarm_groups import group_text
 from app.screens.common.robot_appearance import is_old

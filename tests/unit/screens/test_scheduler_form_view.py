@@ -6,7 +6,8 @@ from datetime import UTC, date, datetime, time
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import DurationEstimate, InvalidInput, Mission, Overlap
+from app.domain.execution import DurationEstimate
+from app.domain.models import InvalidInput, Mission, Overlap
 from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind, Unit

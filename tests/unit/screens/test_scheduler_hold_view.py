@@ -6,18 +6,8 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import (
-    Connection,
-    DurationEstimate,
-    Execution,
-    Group,
-    Mission,
-    Robot,
-    Schedule,
-    Settings,
-    State,
-    Trigger,
-)
+from app.domain.execution import DurationEstimate, Execution, State, Trigger
+from app.domain.models import Connection, Group, Mission, Robot, Schedule, Settings
 from app.screens.scheduler import hold_view, view
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import timeline

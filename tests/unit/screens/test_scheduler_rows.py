@@ -6,7 +6,8 @@ from datetime import UTC, datetime, time, timedelta
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Between, Connection, Group, Reason, ReasonCode, State
+from app.domain.execution import Reason, ReasonCode, State
+from app.domain.models import Between, Connection, Group
 from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline

@@ -8,7 +8,8 @@ from zoneinfo import ZoneInfo
 import pytest
 
 from app.database.robots import Hold
-from app.domain.models import Connection, DayException, DurationEstimate, Group, Reason, ReasonCode, Robot, State
+from app.domain.execution import DurationEstimate, Reason, ReasonCode, State
+from app.domain.models import Connection, DayException, Group, Robot
 from app.screens.scheduler.facts import Window
 from app.screens.scheduler.timeline import (
     ASSUMED_S,

@@ -9,18 +9,8 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.conflicts import ConflictCode
-from app.domain.models import (
-    DurationEstimate,
-    Execution,
-    Group,
-    Mission,
-    Robot,
-    Schedule,
-    Settings,
-    State,
-    Trigger,
-    Wait,
-)
+from app.domain.execution import DurationEstimate, Execution, State, Trigger, Wait
+from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.screens.scheduler import bar_card
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.database.suggestions import PastRun
-from app.domain.models import ReasonCode
+from app.domain.execution import ReasonCode
 from app.services.suggestions.late_schedules import LATE_S, Cause, findings, is_late, is_usual
 
 MINUTE, DAY = 60.0, 86_400.0
