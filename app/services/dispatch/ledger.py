@@ -235,13 +235,10 @@ class Ledger:
         """Of an idle mission ``queue_id`` is one too many."""
         self._db.write(lambda c: note_used_by_idle(c, robot_id, queue_id, runs=runs))
 
-    def note_last_use(self, robot_id: int, queue_id: int) -> None:
-        """Only idle missions have come since the last one, this is the newest: the robot was not used."""
+    def note_last_use(self, robot_id: int, queue_id: int | None) -> None:
+        """Only idle missions have come since the last one, this is the newest: the robot was not used. None: there was
+        no idle mission in this idle period."""
         self._db.write(lambda c: self._robots.note_idle(c, robot_id, queue_id))
-
-    def forget_idle(self, robot_id: int) -> None:
-        """There was no idle mission in this idle period."""
-        self._db.write(lambda c: self._robots.note_idle(c, robot_id, None))
 
     def wanted(self, execution: Execution) -> Verdict:
         """Whether its plan still has it, as it is or otherwise."""

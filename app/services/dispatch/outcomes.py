@@ -161,7 +161,7 @@ class Outcomes:
     def _forget_idle(self, ended: Iterable[Execution]) -> None:
         """A withdrawn idle mission is not here: its idle period counts as unused."""
         if any(row.trigger is Trigger.IDLE and row.withdrawn is not None for row in ended):
-            self._ledger.forget_idle(self._robot_id)
+            self._ledger.note_last_use(self._robot_id, None)
 
     def later(self, row: Execution, seconds: float) -> None:
         """Look at it again then, or when its window closes."""

@@ -191,7 +191,7 @@ class Sending:
                 self._start(before)
                 if not self._is_still_idle(row):
                     self._ledger.end(Event.EXPIRE, row, rules.reason_overtaken(row, self._clock.now()))
-                    self._ledger.forget_idle(self._robot_id)  # it may begin again
+                    self._ledger.note_last_use(self._robot_id, None)  # it may begin again
                     return False
             if self._seen.highest is None:
                 self._seen.read_highest()
