@@ -6,10 +6,12 @@ import copy
 import hashlib
 import math
 import uuid
+from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, timedelta
+from operator import itemgetter
 from zoneinfo import ZoneInfo
 
 from app.domain.models import WEEKDAYS, Overlap, Schedule
@@ -18,6 +20,7 @@ from mir_sim.mission_queue import QueueItem
 KEPT_S = 6 * 3600.0  # longer than the longest window: older troubles and decisions explain nothing any more
 MINUTE = timedelta(minutes=1)
 OVERLAPS = (Overlap.SKIP, Overlap.QUEUE)  # of one robot
+_since = itemgetter(0)
 Key = tuple[int, datetime]  # of a start: its schedule's id and its instant
 
 
@@ -182,10 +185,8 @@ class Diary:
 
     def between(self, start: float, end: float) -> list[Wishes]:
         """What held at any moment of this time."""
-        begins = [at for at, _wishes in self.wishes] + [math.inf]
-        return [
-            wishes for (at, wishes), until in zip(self.wishes, begins[1:], strict=True) if at <= end and until >= start
-        ]
+        first = bisect_left(self.wishes, start, key=_since) - 1
+        return [wishes for _at, wishes in self.wishes[max(0, first) : bisect_right(self.wishes, end, key=_since)]]
 
     def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
         """Whether that start is planned; ``days`` False: ignoring working days."""

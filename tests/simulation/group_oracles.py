@@ -203,17 +203,20 @@ class GroupJudge:
                 key, due = (plan.id, instant), self.judge._true(instant, now)
                 if not (due <= since and due > 120.0 and due + 60.0 * minutes > now + 10.0):
                     continue
+                if (
+                    self._has_been_away(due)
+                    or self.diary.is_of_restored_time(instant)
+                    or self._was_edited(plan, now)
+                    or not self.diary.is_steady(due - 60.0)
+                    or not self.diary.is_clear("", due - 60.0, now, but=("slow",))
+                ):
+                    continue
                 token = self.diary.token(key)
                 if (
                     token not in self._posts
                     and token not in self.judge._items_of
                     and self._is_judged(token)
-                    and self.diary.is_steady(due - 60.0)
-                    and not self.diary.is_of_restored_time(instant)
                     and self.judge._is_settled(key, due - 5.0, now)
-                    and not self._was_edited(plan, now)
-                    and self.diary.is_clear("", due - 60.0, now, but=("slow",))
-                    and not self._has_been_away(due)
                     and not self._was_due_before(key, due)
                 ):
                     yield plan, key

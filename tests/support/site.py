@@ -369,9 +369,9 @@ class Site:
 
     def _until_next_round(self, wanted: float) -> float:
         """The engine's second is left out as long as nothing is due, polled or doubted."""
-        due = self.container.repositories.schedules.next_due(self.container.db.read())
         if wanted < 1.0 or self.container.holds.active() or self.container.alarms.is_database_failing:
             return wanted
+        due = self.container.repositories.schedules.next_due(self.container.db.read())
         left = ROUND_EVERY if due is None else (due - self.clock.now()).total_seconds() - AHEAD
         return max(wanted, min(left, ROUND_EVERY, self.engine.seconds_to_cycle, self.engine.seconds_to_decision))
 

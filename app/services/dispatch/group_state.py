@@ -109,10 +109,10 @@ class GroupState:
         self._run_durations: dict[tuple[int, str, bool], float | None] = {}
         self._mean_way: dict[str, float] = {}  # to each mission's first stop, of the robots that may get a start, in m
         self._spots: dict[int, Spot | None] = {}  # of each robot when it is free
-        self._missions: dict[tuple[int, str], Mission | None] = {}
         self._of_group: dict[str, DurationEstimate | None] = {}
         self._configured = self._s.missions.all(self._c)
         self._by_guid = {mission.guid: mission for mission in self._configured}
+        self._by_name = {(mission.robot_id, mission.name): mission for mission in self._configured}
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupExecutionRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
@@ -277,10 +277,7 @@ class GroupState:
 
     def mission(self, robot_id: int, name: str) -> Mission | None:
         """That robot's own of that name, or the one for all robots."""
-        key = robot_id, name
-        if key not in self._missions:
-            self._missions[key] = self._s.missions.for_robot(self._c, name, robot_id)
-        return self._missions[key]
+        return self._by_name.get((robot_id, name)) or self._by_name.get((None, name))
 
     def duration(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
         """Seconds; None: it lacks the mission."""
