@@ -189,7 +189,7 @@ def _answering(shown: Card, facts: HomeFacts, status: RobotStatus, robot: Robot,
         case RobotState.STARTING | RobotState.SHUTTING_DOWN:
             return replace(shown, foot=_pause(_("{robot} can't hear it").format(robot=robot.name)))
     if status.user_prompt is not None:
-        return replace(shown, note=_question(status), foot=_pause())
+        return replace(shown, note=_question(facts, status), foot=_pause())
     if status.errors and facts.running is None:
         return _failed(abnormal, facts, status)
     if status.state is RobotState.PAUSE:
@@ -246,7 +246,7 @@ def _problem(facts: HomeFacts, status: RobotStatus) -> Note:
     return Note("fault", known.words or quote or _("An error"), step, quote if known.words else "")
 
 
-def _question(status: RobotStatus) -> Note:
+def _question(facts: HomeFacts, status: RobotStatus) -> Note:
     asked = status.user_prompt
     assert asked is not None
     question = asked.question
@@ -254,6 +254,8 @@ def _question(status: RobotStatus) -> Note:
         question = _("{question} … read all of it at the robot").format(
             question=question[:LONGEST_QUESTION].rsplit(" ", 1)[0]
         )
+    if asked.guid in facts.answered:
+        return Note("neutral", question)
     more = asked.more_options
     step = (
         ngettext("{n} more answer at the robot", "{n} more answers at the robot", more).format(n=more) if more else ""

@@ -80,6 +80,7 @@ class HomeCommands(HomeState):
     _presses: Presses
     _reset: ResetReport
     _cancelling: set[OnRobot]
+    _answered: dict[str, float]  # until when the robot may still show a question that took an answer, by its guid
     _clearing: set[int]  # ids of robots whose queues are being cleared
 
     def _show(self) -> None:
@@ -242,12 +243,17 @@ class HomeCommands(HomeState):
 
     def answer_of(self, robot: Robot, guid: str, option: str) -> None:
         """Answer that robot's question."""
-        if not self._presses.is_same(OfRobot("answer", robot.id)):
+
+        def answered(_none: None) -> None:
+            self._answered[guid] = Clock.get_time() + questions.READ_WITHIN
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
+            self._shell.snackbars.show(said, icon="comment-check-outline")
+
+        if guid not in self.facts.answered and not self._presses.is_same(OfRobot("answer", robot.id)):
             self.act_once(
                 OfRobot("answer", robot.id),
                 lambda: self._services.operator.answer_prompt(robot.id, guid, option),
-                self._saying(said, "comment-check-outline"),
+                answered,
                 lambda problem: questions.say_not_answered(self._shell, self._services, robot, guid, problem),
             )
 

@@ -85,6 +85,9 @@ class HomeFacts:
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None  # that the selected robot is on
     cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just cancelled
+    answered: frozenset[str] = (
+        frozenset()
+    )  # questions (guids) that have just taken an answer, though robots may still show them
     clearing: frozenset[int] = frozenset()  # ids of robots whose queues the operator is just having cleared
     reset_without_effect: frozenset[Standing] = frozenset()  # errors that stand although they were reset
     seen_running: Mapping[OnRobot, datetime] = field(

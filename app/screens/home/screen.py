@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from datetime import datetime
 from typing import Any
 
+from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
@@ -65,6 +66,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.started = StartReports(shell, as_it_is(services.history, services.holds))
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
+        self._answered: dict[str, float] = {}
         self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
         self._reset = ResetReport(
             lambda text: shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
@@ -170,8 +172,10 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._cancelling &= {
             (robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue
         }
+        self._answered = {guid: until for guid, until in self._answered.items() if Clock.get_time() < until}
         self.facts = replace(
             self.facts,
+            answered=frozenset(self._answered),
             seen_running=self._seen_running,
             cancelling=frozenset(self._cancelling),
             clearing=frozenset(self._clearing),

@@ -110,8 +110,10 @@ def period_word(period: Period) -> str:
 
 
 def counts(numbers: Mapping[State, int], filters: Filters) -> list[Option]:
-    """How many runs ended how, whatever outcomes are asked for."""
+    """How many runs ended how, whatever outcomes are asked for; nothing before the first one has."""
     found = [sum(numbers.get(state, 0) for state in states_of(outcome)) for outcome in COUNTED]
+    if not any(found) and not filters.outcomes:
+        return []
     texts = (
         ngettext("{n} completed", "{n} completed", found[0]),
         ngettext("{n} failed", "{n} failed", found[1]),

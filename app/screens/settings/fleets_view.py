@@ -52,7 +52,7 @@ def _problem(fleet: Fleet, check_up: NoticeView) -> NoticeView:
     if check_up.tone in ("fault", "attention", "accent"):
         return check_up
     if fleet.known is None:
-        return NoticeView(_("Not checked up"), tone="accent", icon="clipboard-check-outline")
+        return NoticeView(_("Not checked up"), tone="attention", icon="clipboard-check-outline")
     if not fleet.is_identified:
         return NoticeView(_("Give the app its own user at the fleet"), tone="attention", icon="account-alert-outline")
     return NoticeView()

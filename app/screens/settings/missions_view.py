@@ -194,7 +194,7 @@ def offer_options(offered: Sequence[Offer]) -> list[Option]:
 def fetched_sentence(offered: Sequence[Offer], robot: Robot) -> str:
     """Why there is nothing to choose; empty otherwise."""
     if not offered:
-        return _("{robot} has no missions").format(robot=robot.name)
+        return _("{robot} has no missions. Make one on the robot first.").format(robot=robot.name)
     if all(offer.known for offer in offered):
         return ngettext(
             "The mission of {robot} is already added", "All {n} missions of {robot} are already added", len(offered)

@@ -63,7 +63,8 @@ def _robots(facts: SettingsFacts) -> Step:
     for robot, word in silent[:1]:
         support = f"{word}: {robot.name}"
     is_done, action = bool(robots) and not never, _("Show") if robots else _("Add")
-    return Step("robots", _("Robots answer"), support, is_done, action, "robots", is_wrong=bool(silent))
+    intent = () if robots else (("add", True),)
+    return Step("robots", _("Robots answer"), support, is_done, action, "robots", intent, bool(silent))
 
 
 def _check_ups(facts: SettingsFacts) -> Step:

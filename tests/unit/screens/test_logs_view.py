@@ -253,6 +253,10 @@ def test_what_narrows_the_list_is_named_and_can_be_cleared():
     assert view.robot_word(Filters(), robots) == "All robots"
 
 
+def test_nothing_is_counted_before_the_first_run_has_ended():
+    assert view.counts({}, Filters()) == []
+
+
 def test_the_numbers_of_outcomes_mark_the_one_that_is_asked_for():
     numbers = {State.COMPLETED: 96, State.FAILED: 4, State.SKIPPED: 2, State.MISSED: 1, State.CANCELLED: 7}
     chips = view.counts(numbers, Filters(outcomes=("skipped",)))

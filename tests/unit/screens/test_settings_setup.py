@@ -45,6 +45,7 @@ def test_a_new_tablet_begins_with_its_robots():
     taken = steps(SettingsFacts())
     assert [each.key for each in taken] == ["robots", "check-ups", "missions", "favourites", "days", "backup", "pin"]
     assert setup_phrase(taken) == "0 of 7"
+    assert taken[0].intent == (("add", True),)  # the sheet, and no page with one more Add
     buttons = [item.actions[-1] for item in step_items(taken)]
     assert [button.style for button in buttons if button.text] == ["filled", *["outlined"] * 5]
     beside_sheet = [item.actions[-1].style for item in step_items(taken, is_beside_sheet=True)]

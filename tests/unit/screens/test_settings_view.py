@@ -379,7 +379,7 @@ def test_long_and_empty_names_become_names_that_can_be_saved():
 
 
 def test_nothing_to_choose_is_said():
-    assert missions_view.fetched_sentence([], AINO) == "Aino has no missions"
+    assert missions_view.fetched_sentence([], AINO) == "Aino has no missions. Make one on the robot first."
     assert (
         missions_view.fetched_sentence(offers(("Deliver kits", "guid-deliver")), AINO)
         == "The mission of Aino is already added"
