@@ -49,7 +49,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument(
         "--demo",
         action="store_true",
-        help="with three simulated robots, schedules and history, in a throw-away data directory",
+        help="with five simulated robots, schedules and history, in a throw-away data directory",
     )
     p.add_argument("--headless", action="store_true", help="schedule without a window until SIGINT or SIGTERM")
     p.add_argument("--kiosk", action="store_true", help="the window fills the screen and has no pointer")
@@ -207,7 +207,7 @@ def _fleet() -> Iterator[DemoFleet]:
     """The only place where the app meets the simulator."""
     import mir_sim
 
-    with mir_sim.serve(robots=3, time_scale=1, seed=1) as fleet:
+    with mir_sim.serve(robots=5, time_scale=1, seed=1) as fleet:
         yield (
             [(robot.name, robot.url) for robot in fleet.robots],
             {mission.name: mission.guid for mission in mir_sim.MISSIONS},

@@ -1,4 +1,4 @@
-"""The content of ``--demo``: three simulated robots, ready-made missions and schedules, and a history of some weeks."""
+"""The content of ``--demo``: five simulated robots, three with a plan, ready-made missions and a history of some weeks."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
                 for number, at in enumerate(takewhile(lambda at: at < now - timedelta(hours=1), planned))
             ]
         history += _one_at_a_time(runs)
-    group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved)))
+    group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved[: len(PLAN)])))
     container.catalogue.save_schedule(_live_schedule(group, by_name[LIVE], settings, now))
     container.catalogue.change_idle_rule(saved[0].id, mission_id=by_name["Return to charger"].id, after_minutes=15)
     history.sort(key=lambda row: row.planned_at)

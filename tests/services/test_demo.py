@@ -7,18 +7,23 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
+import main
 import mir_sim
 from app.container import Container
 from app.database.connection import Database
 from app.domain.models import Robot
 from app.failures import BadInput
 from app.process.demo import furnish
+from app.screens.common.robot_groups import FEW
 from app.services.catalogue import zones
 from app.services.live.tablet_zone import TabletZone
 from tests.support.clock import VirtualClock
 from tests.support.history import last_ended
 
-ROBOTS = [(name, f"http://127.0.0.1:{8080 + number}") for number, name in enumerate(("Aino", "Veikko", "Sisu"))]
+ROBOTS = [
+    (name, f"http://127.0.0.1:{8080 + number}")
+    for number, name in enumerate(("Aino", "Veikko", "Sisu", "Lempi", "Onni"))
+]
 MISSIONS = {mission.name: mission.guid for mission in mir_sim.MISSIONS}
 
 
@@ -47,6 +52,12 @@ def test_a_mission_starts_within_two_minutes_whatever_day_it_is(make, day):
     assert (live.name, live.respect_working_days) == ("Deliver kits to line 2 on Hall 1", False)
 
 
+def test_it_has_enough_robots_for_the_page_of_all_robots():
+    with main._fleet() as (robots, missions):
+        assert ([name for name, _url in robots], missions) == ([name for name, _url in ROBOTS], MISSIONS)
+        assert len(robots) > FEW
+
+
 def test_it_asks_for_no_time_zone(make):
     container = make(datetime(2026, 11, 23, 3, 7, 20, tzinfo=UTC))
     container.catalogue.edit(
@@ -70,9 +81,7 @@ def test_a_second_demo_on_the_same_directory_brings_the_addresses_up_to_date(mak
     furnish(container, ROBOTS, MISSIONS)
     furnish(container, [(name, url.replace(":80", ":90")) for name, url in ROBOTS], MISSIONS)
     assert {robot.address for robot in container.repositories.robots.all(container.db.read())} == {
-        "http://127.0.0.1:9080",
-        "http://127.0.0.1:9081",
-        "http://127.0.0.1:9082",
+        f"http://127.0.0.1:{port}" for port in range(9080, 9085)
     }
 
 
@@ -86,6 +95,8 @@ def test_a_robot_of_a_demo_that_was_renamed_is_found_again(make):
         "Aino": "9080",
         "Ville": "9081",
         "Sisu": "9082",
+        "Lempi": "9083",
+        "Onni": "9084",
     }
 
 

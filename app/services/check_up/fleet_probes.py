@@ -78,6 +78,16 @@ def has_own_user(session: CheckUpSession) -> bool:
     return bool(guid) and not guid.startswith(BUILT_IN)
 
 
+def certificate(session: CheckUpSession) -> Found:
+    """Of a fleet that is asked with a key."""
+    if session.robot.client.address.is_secure:
+        return probes.certificate(session)
+    return amber(
+        "It is asked over http: anyone on the network can read the API key",
+        "Change its address to https://… Otherwise keep its network for the fleet only.",
+    )
+
+
 def ended_orders(session: CheckUpSession) -> Found:
     """Until when a start in doubt, which may have run, is certainly shown."""
     client = session.robot.client
@@ -111,7 +121,7 @@ CLASSIC: Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]] = (
     (Topic.OTHERS, users),
 )
 ENTERPRISE: Sequence[tuple[Topic, Callable[[CheckUpSession], Found]]] = (
-    (Topic.CERTIFICATE, probes.certificate),
+    (Topic.CERTIFICATE, certificate),
     (Topic.CLOCK, clock),
     (Topic.MISSIONS, missions),
     (Topic.QUEUE, ended_orders),
@@ -125,7 +135,7 @@ def read_fleet(session: CheckUpSession, client: ClassicVehicle | EnterpriseVehic
     try:
         fleet = client.identify_fleet()
     except RobotError as error:
-        session.add(*_silent(error))
+        session.add(*_silent(client, error))
         return None
     status = RobotStatus(serial_number=fleet.identity)
     session.identity = replace(session.identity, status=status, software=fleet.software)
@@ -141,7 +151,11 @@ def read_fleet(session: CheckUpSession, client: ClassicVehicle | EnterpriseVehic
     return fleet
 
 
-def _silent(error: RobotError) -> tuple[Topic, Found]:
+def _silent(client: ClassicVehicle | EnterpriseVehicle, error: RobotError) -> tuple[Topic, Found]:
+    if isinstance(error, Unauthorized) and isinstance(client, EnterpriseVehicle):
+        return Topic.RIGHTS, red(
+            "It does not accept the API key: {problem}", "Enter it again in its settings.", problem=error.message
+        )
     if isinstance(error, Unauthorized):
         return Topic.RIGHTS, red(
             "It does not accept the user: {problem}",

@@ -117,6 +117,13 @@ def test_reading_alone_changes_nothing_and_keeps_what_is_known(tmp_path):
     assert site.fleet.known == known is not None
 
 
+@pytest.mark.parametrize(("kind", "secret"), [("classic", "password"), ("enterprise", "API key")])
+def test_over_http_it_says_what_can_be_read(tmp_path, kind, secret):
+    report = CheckedFleet(tmp_path, kind).trial()
+    [found] = [finding for finding in report.findings if finding.topic is Topic.CERTIFICATE]
+    assert render(found.says) == f"It is asked over http: anyone on the network can read the {secret}"
+
+
 def test_what_is_agreed_to_says_that_the_order_should_not_run(tmp_path):
     site = CheckedFleet(tmp_path)
     says = render(site.check_ups.moves(site.id, Trial(MISSION, ROBOT)))
