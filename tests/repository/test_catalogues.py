@@ -47,7 +47,7 @@ def test_no_screen_shows_a_command_for_a_shell():
 
 OLD_WORDS = re.compile(
     r"""\(s\) | Waits\ for\ an\ answer | Odottaa\ vastausta | Ajastin | Pidossa | Luvut | Rajat | [Mm]ikä\ tahansa | Ei\ yhteyttä
-    | (?i:not\ a\ working\ day | closed\ days? | ei\ työpäivä | suljet\w+\ päiv\w+) | Closed\b | Suljettu\b
+    | (?i:not\ a\ working\ day | no\ work\b | closed\ days? | ei\ työpäivä | suljet\w+\ päiv\w+) | Closed\b | Suljettu\b
     | \b(?i:executing | is\ told | put\ right | handed\ over | held | released | aborted | unreachable | disconnected | offline)\b
     | \b(?:guid | IP | IP-osoit\w+)\b""",
     re.VERBOSE,

@@ -368,7 +368,7 @@ def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui
         Lane("", key="idle", line="3 robots with nothing planned"),
     ]
     chart = Lanes(
-        lanes=lanes, bands=[Band(15, 39, "Sat, no work", "folded")], now=1.5, hours=24, size_hint_y=None, height=160
+        lanes=lanes, bands=[Band(15, 39, "Sat, day off", "folded")], now=1.5, hours=24, size_hint_y=None, height=160
     )
     page = page_of("Before")
     page.add_widget(chart)

@@ -145,7 +145,7 @@ def test_a_movable_bar_is_dragged_after_a_long_press_and_says_its_new_time(ui):
     assert (len(moved), len(windows), taps) == (1, 1, [("a",)])
 
 
-FOLDED = [Band(6, 54, "Sat–Sun, no work", "folded")]
+FOLDED = [Band(6, 54, "Sat–Sun, days off", "folded")]
 
 
 def test_bars_after_a_break_lie_at_their_time_and_a_drag_crosses_it(ui):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 from app.database.robots import Hold
-from app.i18n import _
+from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.view import day_begins
@@ -68,7 +68,7 @@ def closed(facts: SchedulerFacts, read: Range, taken: Iterable[Span], unfolded: 
             days.append(Band(begins, ends, _("{weekday}: day off").format(weekday=name[:1].upper() + name[1:])))
     shown = [read.at(instant) for instant in unfolded]
     folds = [
-        Band(start, end, _no_work(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")
+        Band(start, end, _days_off(read.instant(start).astimezone(zone), read.instant(end).astimezone(zone)), "folded")
         for start, end in _between(joined(day[:2] for day in days), sorted(taken))
         if end - start > FOLDED_FROM and not any(start <= hour < end for hour in shown)
     ]
@@ -102,14 +102,14 @@ def _between(spans: Iterable[Span], taken: Sequence[Span]) -> Iterable[Span]:
             yield at, end
 
 
-def _no_work(start: datetime, end: datetime) -> str:
+def _days_off(start: datetime, end: datetime) -> str:
     first, last = start.date(), (end - timedelta(seconds=1)).date()
     words = formats.current().weekdays_date
     if last - first < timedelta(days=7):
         days = [words[day.weekday()] for day in sorted({first, last})]
     else:
         days = [formats.wall_day(first), formats.wall_day(last)]
-    return _("{days}, no work").format(days="–".join(days))
+    return ngettext("{days}, day off", "{days}, days off", len(days)).format(days="–".join(days))
 
 
 def held(facts: SchedulerFacts, now: datetime, read: Range) -> Iterable[Band]:

@@ -274,7 +274,7 @@ def looks_in_words() -> str:
             _("Amber frame: not run, or on hold"),
             _("Amber edge: overlaps"),
             _("Dashed: not saved yet"),
-            _("Hatched: no work"),
+            _("Hatched: day off"),
         )
     )
 

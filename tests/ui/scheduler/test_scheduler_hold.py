@@ -267,7 +267,7 @@ def test_closed_days_are_hatched_and_the_form_refuses_them_by_name(screen, conta
     settle(screen, ui)
     assert "Power cut: day off" in [band.text for band in ui.find(Lanes).bands]
     assert [(band.end, band.text) for band in ui.find(Lanes).bands if band.kind == "folded"][:1] == [
-        (11.0, "Fri, no work")
+        (11.0, "Fri, day off")
     ]
 
 

@@ -39,11 +39,11 @@ def test_the_timeline_hatches_a_closed_day_under_its_name():
     unfolded = Window(unfolded=frozenset({NOW + timedelta(days=1)}))
     audit = timeline(FACTS, NOW, unfolded).bands[-1]
     assert audit == (11.0, 35.0, "Audit: day off", "closed")
-    assert timeline(FACTS, NOW).bands[0] == (11.0, 35.0, "Fri, no work", "folded")
+    assert timeline(FACTS, NOW).bands[0] == (11.0, 35.0, "Fri, day off", "folded")
 
 
 def test_an_extra_working_day_is_not_hatched():
-    assert timeline(FACTS, NOW + timedelta(days=2)).bands[0].text == "Sun, no work"
+    assert timeline(FACTS, NOW + timedelta(days=2)).bands[0].text == "Sun, day off"
 
 
 def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():

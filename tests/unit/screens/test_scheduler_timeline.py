@@ -121,7 +121,7 @@ def test_days_without_work_are_closed_and_named():
 
 def test_long_closed_time_is_folded_and_as_much_other_time_is_read():
     shown = timeline(facts(), NOW)
-    assert shown.bands == ((11.0, 59.0, "Sat–Sun, no work", "folded"),)
+    assert shown.bands == ((11.0, 59.0, "Sat–Sun, days off", "folded"),)
     assert not [tick for tick in shown.ticks if 11 <= tick.hour < 59]
     start, end = Window().span(NOW, HELSINKI, facts().calendar)
     assert (end - start).total_seconds() / 3600 == pytest.approx(
@@ -144,7 +144,7 @@ def test_only_what_is_long_and_empty_of_the_closed_time_is_folded():
 def test_a_break_of_more_than_a_week_says_its_dates():
     shut = DayException("Summer", date(2026, 11, 21), date(2026, 12, 6))
     (band,) = timeline(facts(calendar=WorkingCalendar(SETTINGS, (shut,))), NOW).bands
-    assert (band.text, band.end - band.start) == ("Sat 21 Nov–Sun 6 Dec, no work", 16 * 24)
+    assert (band.text, band.end - band.start) == ("Sat 21 Nov–Sun 6 Dec, days off", 16 * 24)
 
 
 def test_what_moves_with_the_time_shows_a_break_from_its_beginning():
