@@ -47,7 +47,10 @@ def _with_number(rest: str, machine: Machine) -> str:
     order = isinstance(machine, EnterpriseFleet) and _order_with(machine, rest.removeprefix("/"))
     if order:
         return f"/{order.number}"
-    return "/search" if isinstance(machine, EnterpriseFleet) and rest else rest  # it is asked for what may not be there
+    if isinstance(machine, EnterpriseFleet):
+        return "/search" if rest else rest  # it is asked for what may not be there
+    number = rest.removeprefix("/")
+    return f"/{int(number) - 1}" if number.isdecimal() else rest  # the first is its check-up's
 
 
 def _order_with(fleet: EnterpriseFleet, id_: str) -> Order | None:
