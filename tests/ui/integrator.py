@@ -11,6 +11,7 @@ from kivy.clock import Clock
 from kivy.core.window import Window
 
 from app.database.backups import BACKUPS
+from app.database.execution_history import ExecutionHistory
 from app.domain.models import Mission, Robot, Schedule, Settings
 from app.i18n import SOURCE_LANGUAGE, translator
 from app.screens.settings.connection_sheet import ConnectionSheet
@@ -71,7 +72,7 @@ def forget_all(site: Plant, ui: Driver) -> None:
     site.container.access.remove()
     site.container.holds.release()
     _forget_catalogue(site)
-    history = site.container.repositories.executions
+    history = ExecutionHistory()
     site.container.db.write(lambda c: history.drop_oldest(c, history.surplus(c, 0)))
     assert (robots(site), missions(site), schedules(site), settings(site)) == ([], [], [], site.first_settings)
     ui.wait(lambda: _is_calm(site))  # a worker may just have noted something about a deleted robot
