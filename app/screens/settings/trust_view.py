@@ -67,7 +67,7 @@ def certificate(name: str, found: str, trusted: str) -> Question:
 def no_encryption() -> Question:
     return Question(
         _("Connect without encryption?"),
-        _("So far it is reached over https. Over http, anyone on the network can read its password."),
+        _("So far it is reached over https. Over http, anyone on the network can read its password or key."),
         _("Use http"),
     )
 
