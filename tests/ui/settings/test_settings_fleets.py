@@ -68,10 +68,10 @@ def test_a_fleet_is_tested_saved_and_its_robots_are_added(site, ui, added):
     add_robot(ui, "Any robot of the fleet")
     ui.wait(lambda: {robot.vehicle for robot in robots(site)} == {"1", ANY_VEHICLE})
     ui.wait(lambda: item_of(ui, "Hall 2").support == "MiR Fleet · 1 robot")
-    ui.wait(lambda: row_of_plan(ui, "Hall 2"))
-    assert row_of_plan(ui, "Hall 2").item.support == "Any robot of the fleet · Hall 2"
+    ui.wait(lambda: row_of_plan(ui, "Any of Hall 2"))
+    assert row_of_plan(ui, "Any of Hall 2").item.support == "Any robot of the fleet · Hall 2"
     ui.advance(0.5)
-    ui.tap(row_of_plan(ui, "Hall 2"))
+    ui.tap(row_of_plan(ui, "Any of Hall 2"))
     ui.wait(lambda: ui.find_all(VehicleSheet))
     sheet = ui.find(VehicleSheet)
     assert not ui.find_all(Field, sheet, label="When idle")  # a fleet is never idle
@@ -79,7 +79,7 @@ def test_a_fleet_is_tested_saved_and_its_robots_are_added(site, ui, added):
     ui.wait(lambda: ui.find_all(FleetSheet))
     choose(ui, "Delete", ui.find(FleetSheet))
     ui.wait(lambda: ui.find_all(AskSheet))
-    assert says(ui, "This goes with it: Aino, Hall 2.")
+    assert says(ui, "This goes with it: Aino, Any of Hall 2.")
     press(ui, "Delete", ui.find(AskSheet))
     ui.wait(lambda: not fleets(site) and not robots(site))
     ui.wait(lambda: says(ui, "Hall 2 deleted"))
