@@ -158,7 +158,7 @@ class Explorer:
         if not self._left:
             return ""
         others: list[str] = []
-        if self._is_new(("crash", self._durable_state()), self._left):
+        if self._is_new(("crash", state[0]), self._left):
             others += self._crashes
         if self._is_new(("acts", state), self._left):
             others += self._acts
@@ -222,7 +222,8 @@ class Explorer:
         if self._known.get(key, -1) < left:
             self._known[key] = self._new[key] = left
 
-    def _state(self) -> object:
+    def _state(self) -> tuple[object, ...]:
+        """What a crash leaves, and what it does not."""
         return self._durable_state(), self.site.memory(self._grain), under_way()
 
     def _durable_state(self) -> object:

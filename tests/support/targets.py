@@ -218,7 +218,8 @@ class OrderItem:
 
     @property
     def ordered(self) -> str:
-        return self.item.ordered if self.item is not None else self.fleet.clock.stamp(self.order.ordered)
+        """At the fleet: the robot gets it when it is free."""
+        return self.fleet.clock.stamp(self.order.ordered)
 
     @property
     def started(self) -> str | None:

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from app.mir.errors import Rejected
 from tests.services.story import *
-from tests.simulation.mutants import Mutant
-from tests.simulation.profile import Profile
+from tests.simulation.mutants.mutant import Patch
 
 CLASSIC, ENTERPRISE = "mir.classic_vehicle:ClassicVehicle", "mir.enterprise_vehicle:EnterpriseVehicle"
 CUT_OFF = do(lambda s: s.fleet.cut_off({"R1"}))
@@ -21,26 +20,18 @@ CANCEL_UNDER_THAT_NUMBER = do(lambda s: s.container.make_client(s.robot("R1")).c
 
 
 @dataclass(frozen=True)
-class FleetMutant:
-    """As a ``Mutant``. ``kind``: of the fleet in the ``story``."""
+class FleetMutant(Patch):
+    """``kind``: of the fleet in the ``story``."""
 
-    name: str
-    target: str
-    old: str
-    new: str
     kind: str
     story: list
     token_field: str | None = "description"
-
-    @property
-    def bug(self) -> Mutant:
-        return Mutant(self.name, self.target, self.old, self.new, "", Profile())
 
     def as_story(self) -> Story:
         return Story(self.name, *self.story, target=self.kind, token_field=self.token_field, stays_open=True)
 
 
-FLEET_MUTANTS = (
+MUTANTS = (
     FleetMutant(
         "Fleet Enterprise is not asked for an order before it is sent again",
         f"{ENTERPRISE}.items_after",

@@ -1,36 +1,19 @@
-"""Bugs to be planted in what gives starts of groups to robots, as in ``mutants``."""
+"""Bugs to be planted in what gives starts of groups to robots, as the others."""
 
 from __future__ import annotations
 
-from tests.simulation.mutants import IN_DOUBT, SENDING, Mutant
-from tests.simulation.profile import Profile
+from dataclasses import replace
 
-BASE = {
-    "fleet": "normal",
-    "every_minutes": 20,
-    "poll_interval": 30,
-    "quiet_s": 90,
-    "history_limit": None,
-    "with_window": False,
-}
-LOST = (
-    Profile(events_per_hour=60)
-    .only(acts="", events="lost_request", fault_rate=0.0, crash_rate=0.0, site=BASE)
-    .with_groups()
-)
-SILENT = (
-    Profile(events_per_hour=120, longest_outage=300.0)
-    .only(acts="", events="lost_request outage outage", fault_rate=0.0, crash_rate=0.0, site=BASE)
-    .with_groups()
-)
-CRASHES = (
-    Profile(events_per_hour=30, crash_rate=0.01)
-    .only(acts="", events="lost_request", fault_rate=0.0, site=BASE)
-    .with_groups()
-)
-CALM = Profile(acts_per_hour=0, events_per_hour=0).only(fault_rate=0.0, crash_rate=0.0, site=BASE).with_groups()
+from tests.simulation.mutants.mutant import IN_DOUBT, SENDING, TAKES_ONCE, UNTRIED, Mutant
+from tests.simulation.mutants.worlds import world
 
-GROUP_MUTANTS = (
+SITE = {"every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "history_limit": None, "with_window": False}
+LOST = world("", "lost_request", (15, 60), **SITE).with_groups()
+SILENT = replace(world("", "lost_request outage", (15, 120), **SITE), longest_outage=300.0).with_groups()
+CRASHES = replace(world("", "lost_request", (15, 30), **SITE), crash_rate=0.01).with_groups()
+CALM = world("", "", (0, 0), **SITE).with_groups()
+
+MUTANTS = (
     Mutant(
         "given to another robot though the outcome at the first is unknown",
         f"{SENDING}._not_accepted",
@@ -39,6 +22,7 @@ GROUP_MUTANTS = (
         "before the first was read",
         LOST,
         hours=0.5,
+        at={"classic": UNTRIED},
     ),
     Mutant(
         "given to another robot after twenty seconds",
@@ -48,6 +32,7 @@ GROUP_MUTANTS = (
         "before the first was read",
         LOST,
         hours=0.5,
+        at={"classic": UNTRIED},
     ),
     Mutant(
         "given to another robot though the first could not be read",
@@ -58,6 +43,7 @@ GROUP_MUTANTS = (
         "before the first was read",
         SILENT,
         hours=0.5,
+        at={"classic": UNTRIED},
     ),
     Mutant(
         "looked for above another robot's numbers",
@@ -67,6 +53,7 @@ GROUP_MUTANTS = (
         "items with one token",
         LOST,
         hours=0.5,
+        at={**TAKES_ONCE, "classic": UNTRIED},
     ),
     Mutant(
         "after a crash it is any robot's at once",
