@@ -182,6 +182,26 @@ def test_what_was_sent_is_found_though_the_clock_was_wrong_then_and_is_right_now
 
 
 @pytest.mark.long
+def test_what_was_sent_is_not_sent_again_after_the_clock_was_set_back_where_the_fleets_time_was_not_noted(furnished):
+    """As earlier releases did not."""
+    site, robot = furnished()
+    site.clock.step(540)
+    site.run(60)
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.queue("R1")) == 1)
+    site.run(0.5)
+    site.container.db.write(lambda c: c.execute("UPDATE executions SET queue_floor = 0"))
+    site.switch_off(cleanly=False)
+    site.clock.advance(300)
+    site.clock.step(-540)
+    site.switch_on()
+    site.run(900)
+    (row,) = site.executions()
+    assert (row.state, row.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
+
+
+@pytest.mark.long
 def test_a_start_for_another_robot_does_not_hide_the_order_of_this_one(furnished):
     """Both start the same mission when the app is killed."""
     site, first, second = furnished(2)

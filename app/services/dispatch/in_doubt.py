@@ -16,6 +16,7 @@ from datetime import datetime, timedelta
 
 from app.domain.capabilities import FindBy
 from app.domain.choice import may_change_robot
+from app.domain.clock import EARLIEST
 from app.domain.execution import Execution, Reason, ReasonCode, State
 from app.domain.message import Message, message
 from app.mir.errors import Ambiguous, RobotError, VehicleUnavailable
@@ -72,10 +73,16 @@ class InDoubt:
         )
         if ended is None or any(other.robot_id != robot.id for other in ended) or any(is_open):
             return
-        for each in (*ended, row):
+        dates = [self._date_of(each, _sent_at(each)) for each in (*ended, row)]
+        if EARLIEST in dates:
+            return
+        for each, date in zip((*ended, row), dates, strict=True):
             ago = max(0.0, (now - _sent_at(each)).total_seconds())
-            date = self._seen.time_of(each.queue_floor) or _sent_at(each)
             self._client.note_sent(each.token, each.mission_guid, ago, date)
+
+    def _date_of(self, row: Execution, at: datetime) -> datetime:
+        """By the fleet where its time was known, else ``at`` by the tablet. EARLIEST: its clock was set back since."""
+        return self._seen.time_of(row.queue_floor) or (at if at <= self._clock.now() else EARLIEST)
 
     def mark(self, row: Execution, ahead: float = 0.0, *, is_taken: bool = False) -> None:
         """``ahead``: s from now until its request times out. One that ``is_taken`` is looked for at once, one that is
@@ -84,7 +91,7 @@ class InDoubt:
         wake_at = mono if is_taken else mono + (RECONCILE_EVERY / 2 if by_id else RECONCILE_EVERY)
         before = self._attempts.get(row.id)
         sent_since = before and before.sent_since  # the tablet may have slept during the request
-        first_at = self._seen.time_of(row.queue_floor) or row.begun_at or row.planned_at
+        first_at = self._date_of(row, row.begun_at or row.planned_at)
         since = first_at if ahead else sent_since or self._seen.time
         self._attempts[row.id] = Attempt(
             Phase.IN_DOUBT, wake_at, in_doubt_since=mono, sent_since=since, is_taken=is_taken
