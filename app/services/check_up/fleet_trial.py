@@ -118,7 +118,8 @@ class OrderTrial:
 
     def _run(self) -> bool:
         self._at(message("Ordering a mission for tomorrow"))
-        self._journal.note(sent_at=self._session.clock.now(), begins_by=self._earliest + AHEAD)
+        now = self._session.clock.now()
+        self._journal.note(sent_at=now, begins_by=now + 2 * AHEAD)
         answer = self._orders.post(self._journal.left, self._earliest)
         if isinstance(answer.error, Refusal) and answer.error.status < 500:
             self._journal.note(sent_at=None)

@@ -301,9 +301,14 @@ def test_a_fleet_is_not_removed_while_an_order_of_a_trial_may_be_there(tmp_path)
     check_nothing_is_left(site)
 
 
-def test_a_fleet_that_is_gone_for_good_can_be_removed_when_the_order_of_its_trial_would_have_begun(tmp_path):
+@pytest.mark.parametrize("ahead", [pytest.param(400, marks=pytest.mark.long), -400])
+def test_a_fleet_that_is_gone_for_good_can_be_removed_when_the_order_of_its_trial_would_have_begun(tmp_path, ahead):
+    """By so many days its clock is wrong."""
     site = CheckedFleet(tmp_path)
+    site.machine.clock.offset += ahead * 86_400.0
     kill_after_the_order(site)
+    with pytest.raises(InvalidInput, match="may still have the order of its check-up"):
+        site.container.catalogue.remove_fleet(site.id)
     site.asked.clock.advance(2 * 86_400.0)
     site.container.catalogue.remove_fleet(site.id)
     assert site.container.catalogue.fleets() == []
