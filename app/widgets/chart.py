@@ -109,11 +109,10 @@ class Chart(Widget):
 
 
 class Meter(Chart, MDLinearProgressIndicator):
-    """Horizontal bar, ``value`` 0..1; ``mark`` >= 0 draws a tick (the usual value, the minimum)."""
+    """Horizontal bar, ``value`` 0..1."""
 
-    mark = NumericProperty(-1)
     tone = StringProperty("accent")
-    watch = ("value", "mark", "tone")
+    watch = ("value", "tone")
 
     def on_value(self, *_):
         """KivyMD makes 0 a little more, which would be a dot."""
@@ -129,10 +128,6 @@ class Meter(Chart, MDLinearProgressIndicator):
                 self.height,
                 getattr(tk, self.tone),
                 r,
-            )
-        if self.mark >= 0:
-            self.box(
-                self.x + self.width * min(1.0, self.mark) - dp(1), self.y - dp(3), dp(2), self.height + dp(6), tk.ink2
             )
 
 

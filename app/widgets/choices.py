@@ -5,7 +5,6 @@ from kivy.properties import (
     AliasProperty,
     BooleanProperty,
     ListProperty,
-    NumericProperty,
     ObjectProperty,
     StringProperty,
 )
@@ -13,6 +12,8 @@ from kivy.properties import (
 from app.widgets.items import Item
 from app.widgets.list_row import ListRow
 from app.widgets.sheet import Finds, Sheet
+
+SEARCHED_FROM = 8  # options
 
 
 class Picker(Sheet):
@@ -48,7 +49,6 @@ class ChoiceSheet(Finds, Picker):
     multiple = BooleanProperty(False)
     query = StringProperty()
     confirm = StringProperty()
-    search_from = NumericProperty(8)  # options
     shown = ListProperty()
 
     def __init__(self, **kwargs):
@@ -59,9 +59,9 @@ class ChoiceSheet(Finds, Picker):
         self._show()
 
     def _searchable(self):
-        return len(self.options) >= self.search_from
+        return len(self.options) >= SEARCHED_FROM
 
-    searchable = AliasProperty(_searchable, None, bind=("options", "search_from"))
+    searchable = AliasProperty(_searchable, None, bind=("options",))
 
     def _show(self, *_):
         words = self.query.casefold().split()

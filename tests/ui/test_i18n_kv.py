@@ -8,9 +8,8 @@ import weakref
 import pytest
 from kivy.lang import Builder
 
-from app.i18n import Translator
 from app.widgets.text import Txt
-from app.widgets.tr import KvTranslator, tr
+from app.widgets.tr import tr
 from tests.support.finnish import write_finnish
 
 KV = """
@@ -50,24 +49,16 @@ def test_a_text_with_a_count_follows_both(ui, finnish):
 def test_collected_widgets_are_forgotten(ui):
     for _n in range(5):  # what earlier tests left
         gc.collect()
-    before = tr.bound
+    before = len(tr.get_property_observers("_"))
     roots = [Builder.load_string(KV) for _n in range(5)]
-    assert tr.bound > before
+    assert len(tr.get_property_observers("_")) > before
     references = [weakref.ref(root) for root in roots]
     del roots
     for _n in range(5):
         ui.advance()
         gc.collect()
     assert [reference() for reference in references] == [None] * 5
-    assert tr.bound == before
-
-
-def test_unbinding_by_hand(ui):
-    translator = KvTranslator(Translator())
-    calls: list[tuple] = []
-    translator.fbind("_", calls.append, 1)
-    translator.funbind("_", calls.append, 1)
-    assert translator.bound == 0
+    assert len(tr.get_property_observers("_")) == before
 
 
 def test_python_texts_of_a_label_do_not_need_kv(ui, finnish):

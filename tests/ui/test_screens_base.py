@@ -324,10 +324,10 @@ def test_opening_twice_subscribes_once(ui, bus):
 def test_a_screen_knows_how_the_window_is_held_whatever_an_alarm_leaves_of_it(ui):
     before = Window.size
     screen = ui.show(ScreenBase(), (1280, 600))
-    assert not screen.portrait
+    assert not screen.tall
     Window.size = 600, 800
     screen.size = 552, 520
-    assert screen.portrait
+    assert screen.tall
     Window.size = before
 
 

@@ -176,7 +176,7 @@ class Wear:
             "kv widgets bound": len(_handlers),
             "kv delayed": 0 if _delayed_start is None else 1,
             "kv rules": len(Builder.rules),
-            "texts that follow the language": tr.bound,
+            "texts that follow the language": _observers(tr),
             "followers of the language": len(translator._observers),
             "followers of the theme": len(tk._followers) + _observers(tk),
             "followers of the window": _observers(Window),

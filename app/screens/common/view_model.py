@@ -222,14 +222,13 @@ class ScreenBase(MDScreen):
     """A screen: a view model, and a widget that fills it. The navigator says when it is shown. The frame shows its ``tabs``, with the
     chosen ``tab`` marked, and an arrow if it ``can_go_back``; without tabs its name.
 
-    ``portrait``, ``tall`` and ``low`` (as in app/widgets/dock.py) are the window's, whatever the frame takes of it.
+    ``tall`` and ``low`` (as in app/widgets/dock.py) are the window's, whatever the frame takes of it.
     """
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
     tabs = ListProperty()
     tab = ObjectProperty(None, allownone=True)
     can_go_back = BooleanProperty(False)
-    portrait = BooleanProperty(False)
     tall = BooleanProperty(False)
     low = BooleanProperty(False)
 
@@ -253,7 +252,6 @@ class ScreenBase(MDScreen):
         """The arrow was tapped."""
 
     def _turned(self, *_: Any) -> None:
-        self.portrait = Window.height > Window.width
         self.tall, self.low = is_tall(*Window.size), is_low(Window.height)
 
 
