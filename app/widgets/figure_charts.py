@@ -2,7 +2,7 @@
 
 from kivy.graphics import Color, SmoothLine
 from kivy.metrics import dp, sp
-from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, ObjectProperty, StringProperty
 
 from app.widgets.chart import Chart
 from app.widgets.lists import Row
@@ -13,13 +13,6 @@ from app.widgets.tokens import tk
 
 class FigureCard(Row, Tap):
     """A figure (with markup: the unit is smaller), how it has changed, and its history as a small chart; a tap is the action "explain"."""
-
-    label = StringProperty()
-    value = StringProperty()
-    change = StringProperty()
-    history = ListProperty()
-    before = ListProperty()
-    least_span = NumericProperty(0)
 
     def on_release(self):
         self.act("explain")
@@ -34,10 +27,6 @@ class FigureSheet(Sheet):
 
 class CauseRow(Row, Tap):
     """How often runs failed for a reason, and a bar; a tap is the action "open"."""
-
-    number = StringProperty()
-    label = StringProperty()
-    share = NumericProperty(0)
 
     def on_release(self):
         self.act("open")
@@ -96,13 +85,6 @@ class TrendChart(Chart):
 
 class TrendRow(Row, TonedTap):
     """A mission: its name, how long it takes, and a TrendChart; a tap is the action "open"."""
-
-    mission = StringProperty()
-    value = StringProperty()
-    points = ListProperty()
-    band = ObjectProperty(None, allownone=True)
-    scale = ListProperty(["", ""])
-    days = ListProperty(["", ""])
 
     def on_release(self):
         self.act("open")

@@ -90,7 +90,7 @@ class ListRow(Row, Tap):
     folded = BooleanProperty(False)
 
     def take(self, data):
-        self.key, self.item = data.key, data
+        super().take(data)
         self.can_press = data.opens and data.look != "head"
 
     def on_release(self):

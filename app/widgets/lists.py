@@ -1,7 +1,7 @@
 """Lists whose rows keep their identity while the data change.
 
-Each row of ``data`` is a frozen dataclass whose fields are properties of the row class and, for lists that change, a
-``key`` that identifies the row. A moved list never turns a row under a finger into another one: each view belongs to a
+Each row of ``data`` is a frozen dataclass, the ``item`` of its view; for lists that change with a ``key`` that
+identifies the row. A moved list never turns a row under a finger into another one: each view belongs to a
 key, and a view that is reused for another row ignores an earlier press.
 """
 
@@ -103,6 +103,7 @@ class Row:
     """
 
     key = ObjectProperty(None, allownone=True)
+    item = ObjectProperty(rebind=True)  # the row of data that is shown
     host = ObjectProperty(None, allownone=True)
     stands = True
     meaning = property(lambda self: self.key)
@@ -143,8 +144,7 @@ class Row:
 
     def take(self, data) -> None:
         """Show ``data``."""
-        for name, value in vars(data).items():
-            setattr(self, name, value)
+        self.key, self.item = getattr(data, "key", None), data
 
 
 class RowPress:
@@ -213,7 +213,7 @@ class Rows(MDBoxLayout):
         removed = [view for key, view in old.items() if key not in rows]
         self._spare += removed
         for key, data in rows.items():
-            view = old.get(key) or (self._spare.pop() if self._spare else self._new_view())
+            view = old.get(key) or (self._spare.pop() if self._spare else self._new_view(data))
             view.host, view.standing = self.host or self, self.standing
             if key not in old:
                 view.came = Clock.get_time()
@@ -232,7 +232,7 @@ class Rows(MDBoxLayout):
             for view in wanted:
                 self.add_widget(view)
 
-    def _new_view(self):
-        view = Factory.get(self.viewclass)()
+    def _new_view(self, data):
+        view = Factory.get(self.viewclass)(item=data)
         view.fbind("height", lambda *_: self.standing.grown(view, self._views.values()))
         return view

@@ -259,7 +259,7 @@ class LongList(CalmScroll):
         for key, n in wanted.items():
             seat = self._live.get(key)
             if seat is None:
-                seat = self._live[key] = self._seat_for(key)
+                seat = self._live[key] = self._seat_for(self._rows[n])
                 seat.view.came = Clock.get_time()
                 places.forget(seat)
                 seat.view.take(self._rows[n])
@@ -279,11 +279,12 @@ class LongList(CalmScroll):
                 self._content.remove_widget(seat)
         self._forget_spare()
 
-    def _seat_for(self, key) -> Seat:
+    def _seat_for(self, data) -> Seat:
         """One that shows that row already has the least to do."""
-        seat = next((seat for seat in self._spare if seat.view.key == key), self._spare[-1] if self._spare else None)
+        same = (seat for seat in self._spare if seat.view.key == data.key)
+        seat = next(same, self._spare[-1] if self._spare else None)
         if seat is None:
-            return self._new_seat()
+            return self._new_seat(data)
         self._spare.remove(seat)
         return seat
 
@@ -293,8 +294,8 @@ class LongList(CalmScroll):
             usual = sum(self._heights.values()) / len(self._heights) + self.spacing
             del self._spare[max(0, int(self.height / usual) + 2 - len(self._live)) :]
 
-    def _new_seat(self):
-        view = Factory.get(self.viewclass)(size_hint=(None, None), width=self.width)
+    def _new_seat(self, data):
+        view = Factory.get(self.viewclass)(item=data, size_hint=(None, None), width=self.width)
         view.host, view.standing = self, self.standing
         view.fbind("height", self._arrange)
         return Seat(view)

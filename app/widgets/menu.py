@@ -30,9 +30,6 @@ class Still(MotionDialogBehavior):
 class MenuRow(Row, TonedTap):
     """One command of a menu."""
 
-    icon = StringProperty()
-    text = StringProperty()
-
     def on_release(self):
         self.act("choose")
 

@@ -3,80 +3,63 @@ be tapped."""
 
 from kivy.factory import Factory
 from kivy.metrics import dp
-from kivy.properties import (
-    BooleanProperty,
-    ListProperty,
-    ObjectProperty,
-    OptionProperty,
-    StringProperty,
-)
+from kivy.properties import ListProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import Chart
+from app.widgets.items import Day
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
-
-STATUSES = ("work", "free", "closed", "extra")
 
 
 class DayFace(Chart):
     """A day of a month in one drawing, as a month has 42 of them. Hatched if it is a day off, with a border if
     that is an exception; its number, and an icon next to it."""
 
-    number = StringProperty()
-    status = OptionProperty("work", options=STATUSES)
-    icon = StringProperty()
-    today = BooleanProperty(False)
-    chosen = BooleanProperty(False)
-    off = BooleanProperty(False)
-    watch = ("number", "status", "icon", "today", "chosen", "off")
+    item = ObjectProperty(Day())
+    watch = ("item",)
 
     def draw(self):
-        box = (*self.pos, *self.size)
-        if self.status in ("free", "closed"):
+        box, status = (*self.pos, *self.size), self.item.status
+        if status in ("free", "closed"):
             self.box(*box, tk.closed)
             self.hatch(*box, tk.hatch)
-        if self.status == "closed":
+        if status == "closed":
             self.box(*box, tk.ink3, ring=1)
-        elif self.status == "extra":
+        elif status == "extra":
             self.box(*box, tk.accent_bg)
             self.box(*box, tk.accent, ring=1)
-        if self.chosen:
+        if self.item.chosen:
             self.box(*box, tk.accent_solid, min(self.size) / 2)
         self._draw_number()
 
     def _draw_number(self):
-        extra, sign = self.status == "extra", md_icons[self.icon] if self.icon else ""
+        day, extra = self.item, self.item.status == "extra"
+        sign = md_icons[day.icon] if day.icon else ""
         ink = (
             tk.solid_ink
-            if self.chosen
+            if day.chosen
             else tk.disabled
-            if self.off
+            if day.off
             else tk.accent_on
             if extra
             else tk.accent
-            if self.today
+            if day.today
             else tk.ink
-            if self.status == "work"
+            if day.status == "work"
             else tk.ink2
         )
         room = dp(2) + self.width_of(sign, 14, "Icons") if sign else 0
-        left = self.center_x - (self.width_of(self.number, 16, "RobotoMedium") + room) / 2
-        left += dp(2) + self.text(self.number, left, self.center_y, ink, 16, font="RobotoMedium")
+        left = self.center_x - (self.width_of(day.text, 16, "RobotoMedium") + room) / 2
+        left += dp(2) + self.text(day.text, left, self.center_y, ink, 16, font="RobotoMedium")
         self.text(sign, left, self.center_y, tk.accent_on if extra else tk.ink2, 14, font="Icons")
 
 
 class MonthDay(Tap):
     """Shows a Day."""
 
-    day = ObjectProperty(None, allownone=True)
-    text = StringProperty()
-    status = OptionProperty("work", options=STATUSES)
-    icon = StringProperty()
-    today = BooleanProperty(False)
-    chosen = BooleanProperty(False)
-    off = BooleanProperty(False)
+    item = ObjectProperty(Day(), rebind=True)
 
 
 class MonthGrid(BoxLayout):
@@ -111,9 +94,8 @@ class MonthGrid(BoxLayout):
             grid.remove_widget(grid.children[0])
         while len(grid.children) < len(self.days):
             cell = MonthDay()
-            cell.bind(on_release=lambda cell: self.dispatch("on_day", cell.day))
+            cell.bind(on_release=lambda cell: self.dispatch("on_day", cell.item.day))
             grid.add_widget(cell)
         for cell, day in zip(reversed(grid.children), self.days, strict=True):
-            for name, value in day._asdict().items():
-                setattr(cell, name, value)
+            cell.item = day
             cell.disabled = day.day is None or day.off

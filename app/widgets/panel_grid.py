@@ -7,7 +7,6 @@ from kivy.clock import Clock
 from kivy.factory import Factory
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
-from kivy.uix.widget import Widget
 
 from app.widgets.lists import Row
 from app.widgets.long_list import LongList
@@ -26,7 +25,7 @@ class Shelf:
 
 
 class PanelGrid(LongList):
-    """``panels`` are objects whose attributes are properties of the panel class, with a ``key`` each. Panel classes mix in
+    """``panels`` are the items of the panels, with a ``key`` each. Panel classes mix in
     ``Row``, fill their cell and set their least height in ``size_hint_min_y``; the class is ``panelclass``, or the class attribute
     ``panelclass`` of the values of one panel; one that ``is_whole_row`` has no other beside it.
 
@@ -85,7 +84,8 @@ class PanelGrid(LongList):
 class PanelShelf(BoxLayout):
     """One row of panels; places without a panel stay free. Not a ``Row`` itself: a tap is on a panel, whose key counts."""
 
-    key = ObjectProperty(None, allownone=True)
+    item = ObjectProperty()
+    key = property(lambda self: self.item.key)
     host = standing = None
 
     def __init__(self, **kwargs):
@@ -95,14 +95,15 @@ class PanelShelf(BoxLayout):
 
     def take(self, shelf) -> None:
         """Show ``shelf``."""
-        wanted = [Factory.get(name) for name, _panel in shelf.panels] + [Widget] * (shelf.columns - len(shelf.panels))
+        panels = shelf.panels + [("Widget", None)] * (shelf.columns - len(shelf.panels))
+        wanted = [Factory.get(name) for name, _panel in panels]
         present = self.children[::-1]
         if [type(child) for child in present] != wanted:
             spare = {kind: [child for child in present if type(child) is kind] for kind in wanted}
             self.clear_widgets()
-            for kind in wanted:
-                self.add_widget(spare[kind].pop(0) if spare[kind] else kind())
-        self.key, self.spacing = shelf.key, shelf.spacing
+            for kind, (_name, panel) in zip(wanted, panels, strict=True):
+                self.add_widget(spare[kind].pop(0) if spare[kind] else kind(item=panel) if panel else kind())
+        self.item, self.spacing = shelf, shelf.spacing
         for view, (_name, panel) in zip(self.children[::-1], shelf.panels, strict=False):
             view.host, view.standing = self.host, self.standing
             view.take(panel)

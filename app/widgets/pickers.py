@@ -165,7 +165,7 @@ class DateSheet(Picker):
     def _bring_in_sight(self, _dt):
         """The chosen day, if it is of this month."""
         for cell in self.walk(restrict=True):
-            if isinstance(cell, MonthDay) and cell.chosen:
+            if isinstance(cell, MonthDay) and cell.item.chosen:
                 turn_to(cell)
 
     def _day(self, day: date) -> Day:

@@ -258,7 +258,7 @@ class KeyFocus:
             chosen = next((option for option in options if option.key in asked.selected), options[0])
             self._reveal_row(asked.ids.option_list.__self__, chosen.key, asked.center_x)
             return True
-        day = next((target for target in targets if isinstance(target, MonthDay) and target.chosen), None)
+        day = next((target for target in targets if isinstance(target, MonthDay) and target.item.chosen), None)
         if day is not None:
             self._go(day)
         return day is not None

@@ -33,7 +33,7 @@ def test_an_empty_history_says_so(nothing, ui):
 
 def test_without_history_every_figure_is_a_dash(nothing, ui):
     with opened(nothing, ui, "figures"):
-        assert [card.value for card in ui.find_all(FigureCard)] == ["–"] * 5
+        assert [card.item.value for card in ui.find_all(FigureCard)] == ["–"] * 5
         assert {"Why runs failed", "–"} <= set(ui.texts())
 
 

@@ -10,7 +10,7 @@ from kivy.graphics import Rectangle, SmoothLine
 from kivy.metrics import sp
 
 from app.screens.logs import key_figures
-from app.screens.logs.key_figures import DayBar, RobotBar
+from app.screens.logs.key_figures import Card, DayBar, RobotBar
 from app.screens.scheduler.timeline import Lane
 from app.services.history.figures import Facts
 from app.widgets import load_kv
@@ -56,7 +56,7 @@ def test_the_period_before_has_the_same_scale_and_lies_below(ui):
 def test_a_figure_shows_its_value_with_the_unit_and_how_it_has_changed(ui):
     load_kv("logs/figures")
     value = "98.1[size=18sp] %[/size]"
-    card = ui.show(FigureCard(label="Success", value=value, change="▼ 1.9", history=[1, 2, 3]), (260, 200))
+    card = ui.show(FigureCard(item=Card("success", "Success", value, "▼ 1.9", (1, 2, 3))), (260, 200))
     assert {"Success", value, "▼ 1.9"} <= set(ui.texts(card))
     assert ui.find(Sparkline, card).width > 200
 

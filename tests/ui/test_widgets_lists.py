@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import pytest
 from kivy.factory import Factory
-from kivy.properties import StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets import load_kv
@@ -171,8 +170,6 @@ class Words:
 
 class WordsRow(Row, BoxLayout):
     """As of a list whose data have no key."""
-
-    text = StringProperty()
 
 
 def test_of_rows_without_a_key_those_that_stand_still_can_be_pressed(ui):

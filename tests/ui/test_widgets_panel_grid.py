@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import pytest
 from kivy.lang import Builder
-from kivy.properties import NumericProperty, StringProperty
 
 from app.widgets.buttons import CommandButton
 from app.widgets.lists import KEPT, Row
@@ -16,8 +15,7 @@ from app.widgets.surfaces import Surface
 
 
 class SamplePanel(Row, Surface):
-    word = StringProperty()
-    least = NumericProperty(100)
+    """Shows a Sample."""
 
 
 class LastPanel(Row, Surface):
@@ -39,11 +37,11 @@ class Last:
 
 KV = """
 <SamplePanel>:
-    size_hint_min_y: root.least
+    size_hint_min_y: root.item.least
     CommandButton:
-        text: root.word
+        text: root.item.word
         height: dp(64)
-        on_release: root.act("press", root.word)
+        on_release: root.act("press", root.item.word)
 <LastPanel>:
     size_hint_min_y: dp(100)
 """
@@ -65,7 +63,7 @@ def grid(ui, count: int, columns: int = 3, **kwargs) -> PanelGrid:
 
 def shelves(ui, root) -> list[list[str]]:
     return [
-        [child.word for child in shelf.children[::-1] if isinstance(child, SamplePanel)]
+        [child.item.word for child in shelf.children[::-1] if isinstance(child, SamplePanel)]
         for shelf in sorted(ui.find_all(PanelShelf, root=root), key=lambda shelf: -shelf.to_window(*shelf.pos)[1])
     ]
 
@@ -107,7 +105,7 @@ def test_only_visible_panels_exist_and_all_can_be_reached(ui):
     assert len(ui.find_all(SamplePanel, root=root)) < 30
     root.scroll_y = 0
     ui.advance(0.5)
-    assert "P299" in [panel.word for panel in ui.find_all(SamplePanel, root=root)]
+    assert "P299" in [panel.item.word for panel in ui.find_all(SamplePanel, root=root)]
 
 
 def test_new_values_keep_the_panels(ui):

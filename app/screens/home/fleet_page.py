@@ -48,10 +48,6 @@ class RobotCell(Row, TonedTap):
     """One robot in its place; a tap is "open". A ``wide`` one has its name beside the icon, and its fact below."""
 
     host = ObjectProperty(None, allownone=True, rebind=True)
-    name = StringProperty()
-    fact = StringProperty()
-    icon = StringProperty()
-    loud = BooleanProperty(False)
     wide = BooleanProperty(False)
     back = late_color(CLEAR)
     ink = late_color((0, 0, 0, 1))
@@ -63,12 +59,12 @@ class RobotCell(Row, TonedTap):
         super().retone()
         if self.tone == "neutral":
             self.back, self.ink, self.ink2, self.edge = tk.surface, tk.ink, tk.ink2, tk.line
-        elif self.loud:
+        elif self.item.loud:
             self.back, self.ink, self.ink2, self.edge = self.solid, self.solid_ink, self.solid_ink, self.solid
         else:
             self.back, self.ink, self.ink2, self.edge = self.tint, self.tint_ink, self.tint_ink, self.fg
 
-    on_loud = retone
+    on_item = retone
 
     def on_release(self) -> None:
         self.act("open")
@@ -97,13 +93,6 @@ class FleetParts(MDBoxLayout):
 
 class FleetHead(Row, Tap):
     """The head of a group of robots; a tap ("open") shows its cells instead of another group's."""
-
-    name = StringProperty()
-    robots = StringProperty()
-    is_open = BooleanProperty(False)
-    bad = ObjectProperty(())
-    calm = ObjectProperty(())
-    panelclass = StringProperty()
 
     def on_release(self) -> None:
         self.act("open")

@@ -81,7 +81,7 @@ class FormSheet(Sheet):
         turn_to(self._notes()[0])
 
     def _notes(self) -> list[FormNote]:
-        return [each for each in self.walk(restrict=True) if isinstance(each, FormNote) and not each.quiet]
+        return [each for each in self.walk(restrict=True) if isinstance(each, FormNote) and not each.item.quiet]
 
     def _look_for_notes(self, _dt: float) -> None:
         page = self.ids.page
@@ -100,10 +100,6 @@ class FormWarning(Tap):
 
 class FormNote(Row, BoxLayout):
     """What may go wrong, and the buttons that help."""
-
-    text = StringProperty()
-    remedies = ListProperty()
-    quiet = BooleanProperty(False)
 
 
 class RemedyButton(CommandButton):
@@ -141,10 +137,7 @@ class FormFold(Tap):
 
 
 class StartLine(Row, BoxLayout):
-    """One of the next starts; ``kind`` is the icon of what is in its way."""
-
-    text = StringProperty()
-    kind = StringProperty()
+    """One of the next starts."""
 
 
 class StepLine(BoxLayout):

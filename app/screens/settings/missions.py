@@ -54,12 +54,6 @@ FETCHED = "missions of a robot"  # what a message is about
 class MissionRow(Row, Tap):
     """A mission. Actions: "favourite" (with the wanted state), "edit" (a tap), "dots" (with the button)."""
 
-    name = StringProperty()
-    note = StringProperty()
-    favourite = BooleanProperty(False)
-    usual = StringProperty()
-    cells = ListProperty()
-
     def on_release(self) -> None:
         self.act("edit")
 

@@ -35,7 +35,7 @@ def tiles(ui) -> list[str]:
         x, y = cell.to_window(*cell.pos)
         return -round(y), x
 
-    return [cell.name for cell in sorted(ui.find_all(RobotCell), key=place)]
+    return [cell.item.name for cell in sorted(ui.find_all(RobotCell), key=place)]
 
 
 def counted(ui) -> list[str]:

@@ -90,7 +90,7 @@ def test_a_poll_changes_its_cell_the_list_and_the_counts_and_no_place(container,
         assert "All well" not in ui.texts()
         assert tiles(ui) == before
         cell = ui.find(RobotCell, name=robots[3].name)
-        assert (cell.fact, cell.tone, cell.loud) == ("Stopped", "fault", True)
+        assert (cell.item.fact, cell.tone, cell.item.loud) == ("Stopped", "fault", True)
 
 
 def test_a_robot_that_is_deleted_before_its_turn_is_not_looked_at(container, robots, ui):
@@ -171,7 +171,7 @@ def test_a_run_is_followed_before_the_queue_is_read_again(container, robots, ui)
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901))  # somebody else's
-        ui.wait(lambda: ui.find(RobotCell, name="Aino").fact == "Working")
+        ui.wait(lambda: ui.find(RobotCell, name="Aino").item.fact == "Working")
 
 
 def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robots, ui):
@@ -418,7 +418,7 @@ def test_above_fifty_six_robots_one_group_is_open(container, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetHead))
         settle(app, ui)
-        names = [row.name for row in sorted(ui.find_all(FleetHead), key=lambda row: -row.to_window(*row.pos)[1])]
+        names = [row.item.name for row in sorted(ui.find_all(FleetHead), key=lambda row: -row.to_window(*row.pos)[1])]
         assert names == ["Hall 1", "Hall 2", "Hall 3", "Others"]
         assert tiles(ui)[0] == "Robot 1"
         ui.tap(ui.find(FleetHead, name="Others"))
@@ -427,7 +427,7 @@ def test_above_fifty_six_robots_one_group_is_open(container, ui):
         see(container, robots[25], sample.STOPPED)
         ui.wait(lambda: head(ui) == "1 needs you")
         assert row_of(ui, robots[25].name).item.aside.endswith("Hall 2")
-        assert [part.text for part in ui.find(FleetHead, name="Hall 2").bad] == ["1"]
+        assert [part.text for part in ui.find(FleetHead, name="Hall 2").item.bad] == ["1"]
         assert tiles(ui) == ["Aino", "Sisu", "Veikko"]  # what is open stays open
         open_tile(ui, "Sisu")
         ui.wait(lambda: tab_shown(ui) == "Sisu")
@@ -442,7 +442,7 @@ def test_the_open_group_is_first_that_of_the_worst_robot(container, ui):
     see(container, robots[25], sample.STOPPED)
     with shown(container, ui):
         ui.wait(lambda: ui.find_all(FleetHead, is_open=True))
-        assert ui.find(FleetHead, is_open=True).name == "Hall 2"
+        assert ui.find(FleetHead, is_open=True).item.name == "Hall 2"
 
 
 def test_above_fifty_six_robots_without_groups_the_cells_scroll(container, ui):

@@ -44,7 +44,7 @@ def tap_part(app, ui, chart, key) -> None:
 
 def test_figures_take_the_place_of_the_runs(screen, ui):
     assert not ui.find_all(RunsList)
-    assert [card.label for card in ui.find_all(FigureCard)] == ["Success", "Duration", "Missions", "In use", "On time"]
+    assert [card.item.label for card in ui.find_all(FigureCard)] == ["Success", "Duration", "Missions", "In use", "On time"]
     choose_tab(screen, ui, "runs")
     assert not ui.find_all(FigureCard)
 
@@ -55,18 +55,18 @@ def test_a_figure_is_set_against_as_long_before_if_the_history_reaches_so_far(sc
     after = container.kpis.facts(WEEK)
     points = (after.value("success") - before.value("success")) * 100
     card = ui.find(FigureCard, label="Success")
-    assert card.change == f"{'▲' if points > 0 else '▼'} {abs(points):.1f} vs. last week"
+    assert card.item.change == f"{'▲' if points > 0 else '▼'} {abs(points):.1f} vs. last week"
     assert len({card.height for card in ui.find_all(FigureCard)}) == 1
     choose(screen, ui, "7 days", "30 days")
-    assert {card.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60
+    assert {card.item.change for card in ui.find_all(FigureCard)} == {""}  # 30 days of history are not 60
 
 
 def test_figures_are_of_the_period_when_the_runs_of_one_day_were_looked_at(screen, ui):
-    before = [(card.label, card.value) for card in ui.find_all(FigureCard)]
+    before = [(card.item.label, card.item.value) for card in ui.find_all(FigureCard)]
     screen.logs.figures.show_runs(day=date(2026, 11, 20))
     settle(screen, ui)
     choose_tab(screen, ui, "figures")
-    assert [(card.label, card.value) for card in ui.find_all(FigureCard)] == before
+    assert [(card.item.label, card.item.value) for card in ui.find_all(FigureCard)] == before
 
 
 def test_a_figure_says_what_it_means(screen, ui):
@@ -83,11 +83,11 @@ def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
     """The card, the bar and the explanation agree, for all robots together and for one."""
     bars = ui.find(RobotBars).rows
     low, high = min(bar.busy for bar in bars), max(bar.busy for bar in bars)
-    whole = float(ui.find(FigureCard, label="In use").value.partition("[")[0])
+    whole = float(ui.find(FigureCard, label="In use").item.value.partition("[")[0])
     assert low * 100 - 1 <= whole <= high * 100 + 1
     choose(screen, ui, "All robots", "Sisu")
     [bar] = ui.find(RobotBars).rows
-    assert ui.find(FigureCard, label="In use").value.partition("[")[0] == bar.share.partition(" ")[0]
+    assert ui.find(FigureCard, label="In use").item.value.partition("[")[0] == bar.share.partition(" ")[0]
     tap(screen, ui, ui.find(FigureCard, label="In use"))
     assert [line.title for line in ui.find(FigureSheet).rows] == ["Sisu", "Period"]
 
@@ -99,7 +99,7 @@ def test_a_cause_leads_to_its_runs(screen, ui):
         sum(cause.number for cause in screen.logs.figures._figures.causes) == screen.logs.figures._figures.facts.failed
     )
     row = ui.find_all(CauseRow)[0]
-    number, label = int(row.number), row.label
+    number, label = int(row.item.number), row.item.label
     tap(screen, ui, row)
     assert label in [chip.text for chip in ui.find_all(ChoiceChip, icon="close")]
     assert len(runs_of(screen)) == number
@@ -122,11 +122,11 @@ def test_a_robot_leads_to_its_runs(screen, ui):
 
 
 def test_a_mission_leads_to_its_runs_and_is_shown_with_what_is_usual(screen, container, ui):
-    rows = {row.mission: row for row in ui.find_all(TrendRow)}
+    rows = {row.item.mission: row for row in ui.find_all(TrendRow)}
     assert rows.keys() == {trend.mission for trend in container.kpis.trends(WEEK)}
     row = rows["Deliver kits to line 2"]
-    assert (row.value, len(row.points)) == ("6 min", 5)
-    assert row.band is not None
+    assert (row.item.value, len(row.item.points)) == ("6 min", 5)
+    assert row.item.band is not None
     next(above for above in checks.parents(row) if hasattr(above, "scroll_to")).scroll_to(row, animate=False)
     ui.advance(0.3)
     tap(screen, ui, row)

@@ -83,7 +83,7 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
         ui.tap(ui.find(Segment, text=day))
     assert step(screen, ui, "Min. battery", "plus plus") == "40 %"
     assert ui.find(FormSheet).view.sentence == "Tue, Thu, Fri 06:30"
-    assert [start.text for start in ui.find_all(StartLine)] == [
+    assert [start.item.text for start in ui.find_all(StartLine)] == [
         "Tue 24 Nov · 06:30",
         "Thu 26 Nov · 06:30",
         "Fri 27 Nov · 06:30",
@@ -148,7 +148,7 @@ def test_monthly_on_the_first_monday(screen, container, ui):
     choose(screen, ui, "Repeats", "Monthly, by weekday")
     choose(screen, ui, "Which", "first")
     choose(screen, ui, "Weekday", "Monday")
-    assert [start.text for start in ui.find_all(StartLine)][:2] == ["Mon 7 Dec · 08:00", "Mon 4 Jan · 08:00"]
+    assert [start.item.text for start in ui.find_all(StartLine)][:2] == ["Mon 7 Dec · 08:00", "Mon 4 Jan · 08:00"]
     save(screen, ui)
     assert named(container, "Floor wash, hall A", "Aino").recurrence == "FREQ=MONTHLY;BYDAY=1MO"
 

@@ -65,12 +65,12 @@ def test_the_form_says_which_starts_are_skipped(screen, container, ui):
     container.pausing.skip(schedule.id, schedule.next_at + timedelta(hours=1))
     settle(screen, ui)
     lines = ui.find_all(StartLine)[:3]
-    assert [line.text for line in lines] == [
+    assert [line.item.text for line in lines] == [
         "Fri 20 Nov · 15:00",
         "Fri 20 Nov · 16:00 · not run",
         "Fri 20 Nov · 17:00",
     ]
-    assert lines[1].kind == "skip-next"
+    assert lines[1].item.kind == "skip-next"
 
 
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):

@@ -83,7 +83,7 @@ def test_closed_days_are_entered_changed_deleted_and_brought_back(site, app, ui)
     [stored] = entries(site)
     assert stored == DayException("Summer break", TODAY, date(2026, 11, 27), id=stored.id)
     ui.wait(lambda: supports(ui) == ["Fri 20 Nov – Fri 27 Nov"] and not ui.find_all(DaysSheet))
-    assert [cell.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
+    assert [cell.item.text for cell in ui.find_all(MonthDay, status="closed")] == [str(day) for day in range(20, 28)]
 
     tap(ui, MonthDay, text="23")  # a day of it opens it
     sheet = ui.find(DaysSheet)

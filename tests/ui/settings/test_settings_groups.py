@@ -213,9 +213,9 @@ def test_a_robot_that_lacks_a_mission_of_its_group_leads_to_the_missions(site, a
     ui.wait(lambda: [row.support for row in dialog.rows] == ["", "Lacks Collect empties"])
     assert item_of(ui, "Hall 1").meta == "1 mission missing"
     ui.tap(next(button for button in ui.find_all(IconButton, dialog) if button.icon == "chevron-right"))
-    ui.wait(lambda: [row.name for row in ui.find_all(MissionRow)] == ["Collect empties"])
+    ui.wait(lambda: [row.item.name for row in ui.find_all(MissionRow)] == ["Collect empties"])
     assert [head.text for head in page(app).vm.heads] == ["Aino", "Veikko"]
-    assert [cell.icon for cell in ui.find(MissionRow).cells] == ["check", "close"]
+    assert [cell.icon for cell in ui.find(MissionRow).item.cells] == ["check", "close"]
 
 
 def places(site):

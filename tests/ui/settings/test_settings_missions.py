@@ -215,14 +215,14 @@ def test_a_usual_duration_is_typed_refused_at_its_field_and_removed(site, app, u
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(MissionSheet))
     assert missions(site)[0].usual_minutes == 25
-    ui.wait(lambda: ui.find(MissionRow).usual == "25 min")
+    ui.wait(lambda: ui.find(MissionRow).item.usual == "25 min")
     dialog = opened()
     assert dialog.ids.usual_minutes_field.text == "25"
     enter(ui, dialog.ids.usual_minutes_field, "")
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(MissionSheet))
     assert missions(site)[0].usual_minutes is None
-    ui.wait(lambda: ui.find(MissionRow).usual == "–")
+    ui.wait(lambda: ui.find(MissionRow).item.usual == "–")
 
 
 def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
@@ -236,7 +236,7 @@ def test_a_mission_that_holds_for_one_robot_only(site, app, ui):
     ui.tap(ui.find(OptionRow, title="Only Veikko"))
     press(ui, "Save", dialog)
     ui.wait(lambda: missions(site)[0].robot_id == veikko.id)
-    ui.wait(lambda: ui.find(MissionRow).note == "Only Veikko")
+    ui.wait(lambda: ui.find(MissionRow).item.note == "Only Veikko")
 
 
 def test_a_late_save_closes_its_own_sheet_alone(site, app, ui, monkeypatch):
@@ -338,7 +338,7 @@ def test_a_mission_that_the_robot_lost_is_flagged(site, app, ui):
         Schedule("Morning", aino.id, missing.id, datetime(2030, 1, 7, 6, 30), "UTC", "FREQ=DAILY")
     )
     go(ui, "missions")
-    ui.wait(lambda: [[cell.icon for cell in row.cells] for row in ui.find_all(MissionRow)] == [["close", ""]])
+    ui.wait(lambda: [[cell.icon for cell in row.item.cells] for row in ui.find_all(MissionRow)] == [["close", ""]])
     assert section_row(ui, "missions").item.support == "1, 1 missing"
     ui.tap(section_row(ui, "robots"))
     ui.wait(lambda: item_of(ui, "Aino").meta == "1 mission missing")

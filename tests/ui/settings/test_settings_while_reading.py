@@ -80,7 +80,7 @@ def test_editing_again_begins_with_the_values_just_saved(site, app, ui, hold_rea
     ui.find(MissionRow).act("edit")
     ui.wait(lambda: ui.find_all(MissionSheet))
     assert ui.find(MissionSheet).it.name == "Back home"
-    assert ui.find(MissionRow).name == "Back home"
+    assert ui.find(MissionRow).item.name == "Back home"
 
 
 @pytest.fixture
