@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -11,21 +11,12 @@ from kivy.uix.stacklayout import StackLayout
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
+from app.widgets.items import Option
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.rest import rest
 from app.widgets.sheet import sheet_around
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
-
-
-class Chip(NamedTuple):
-    """One choice."""
-
-    key: object
-    text: str
-    icon: str = ""
-    selected: bool = False
-    tone: str = "neutral"
 
 
 class ChipFlow(StackLayout):
@@ -78,17 +69,7 @@ class ChoiceRow(BoxLayout):
     chosen = ObjectProperty(None, allownone=True)
 
     def chips(self, options, chosen):
-        return [Chip(key, word, selected=key == chosen) for key, word in options]
-
-
-class Offer(NamedTuple):
-    """One choice of a list."""
-
-    key: object
-    text: str
-    icon: str = ""
-    note: str = ""
-    tone: str = "neutral"
+        return [Option(key, word, selected=key == chosen) for key, word in options]
 
 
 class ChoiceField(Field):
@@ -101,7 +82,7 @@ class ChoiceField(Field):
         return next((word for key, word in options if key == chosen), "–")
 
     def on_release(self):
-        options = [Offer(*option) for option in self.options]
+        options = [Option(*option) for option in self.options]
         picker = ChoiceSheet(title=self.label, options=options, selected=[] if self.chosen is None else [self.chosen])
         sheet_around(self).stack.pick(picker, partial(setattr, self, "chosen"))
 

@@ -1,4 +1,4 @@
-"""What rows of lists, tabs and lanes show: without kivy, so that a screen's words are made and tested without a window."""
+"""What rows of lists, choices, menus, tabs and lanes show: without kivy, so that a screen's words are made and tested without a window."""
 
 from collections.abc import Hashable
 from dataclasses import dataclass
@@ -69,6 +69,29 @@ class Item:
     def at_right(self) -> str:
         """The meta, or why a button is off."""
         return self.meta or next((action.off for action in self.actions if action.off), "")
+
+
+@dataclass(frozen=True)
+class Option:
+    """One choice of a list, of a row of chips or of a menu. ``key`` is handed back when it is chosen; ``tone`` is of its icon, in a menu of
+    all of it."""
+
+    key: Hashable
+    text: str
+    icon: str = ""
+    note: str = ""
+    selected: bool = False
+    tone: str = "neutral"
+    disabled: bool = False
+
+
+@dataclass(frozen=True)
+class Card:
+    """What a thing on screen represents, and its actions."""
+
+    title: str
+    text: str
+    items: tuple[Option, ...]
 
 
 @dataclass(frozen=True)

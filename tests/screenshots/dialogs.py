@@ -6,7 +6,7 @@ from datetime import date, time
 from typing import Any
 
 from app.i18n import _
-from app.screens.common.options import MenuItem, Option
+from app.widgets.items import Option
 from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.registry import BOTH, GLOVES, LARGE_TEXT, SMALL, picture
 from tests.support import home_facts as sample
@@ -61,8 +61,8 @@ def question(studio: Any) -> Any:
 def menu(studio: Any) -> Any:
     dialogs = over_settings(studio)
     items = [
-        MenuItem("run", _("Run now"), "play"),
-        MenuItem("copy", _("Duplicate"), "content-copy", disabled=True),
-        MenuItem("delete", _("Delete"), "delete-outline", "fault"),
+        Option("run", _("Run now"), "play"),
+        Option("copy", _("Duplicate"), "content-copy", disabled=True),
+        Option("delete", _("Delete"), "delete-outline", "fault"),
     ]
     return dialogs.menu(studio.shown.ids.bar, sample.KITS.name, items, print)

@@ -8,13 +8,12 @@ from datetime import date, time
 import pytest
 from kivy.core.window import Window
 
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.screens.common.sheets import Sheets
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet
 from app.widgets.dock import dock
-from app.widgets.items import Item
+from app.widgets.items import Item, Option
 from app.widgets.long_list import LongList
 from app.widgets.menu import Menu
 from app.widgets.scrolling import ScrollPage
@@ -63,7 +62,7 @@ def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
     ui.show(rows, (300, 300))
     ui.key(TAB)
     assert keys.target.item.title == "Option 0"
-    menu = Menu(anchor=keys.target, items=[MenuItem("edit", "Edit", "pencil"), MenuItem("delete", "Delete", "delete")])
+    menu = Menu(anchor=keys.target, items=[Option("edit", "Edit", "pencil"), Option("delete", "Delete", "delete")])
     menu.open()
     ui.advance(0.5)
     ui.key(key)
@@ -214,7 +213,7 @@ def test_one_escape_too_many_hides_the_ring(ui, keys):
 def test_from_a_menu_through_a_dialog_the_ring_comes_back_to_what_opened_the_menu(ui, keys):
     page = ui.show(page_of("One"), (300, 300))
     dots = page.ids.column.children[0]
-    menu = Menu(anchor=dots, items=[MenuItem("edit", "Edit"), MenuItem("rename", "Rename")])
+    menu = Menu(anchor=dots, items=[Option("edit", "Edit"), Option("rename", "Rename")])
     menu.bind(on_choose=lambda *_args: Sheets().ask("Sure?", "Really", "Yes", print, "No"))
     page.add_widget(CommandButton(text="Other", height=64))
     ui.key(TAB)

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 import pytest
 from kivy.core.window import Window
 
-from app.screens.common.options import Option
 from app.screens.common.overlays import Dialogs
 from app.screens.common.sheets import Sheets
 from app.widgets.buttons import CommandButton
 from app.widgets.fields import Field, FieldInput
+from app.widgets.items import Option
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.sheet import Sheet
 from tests.support.examples import at_night, first_of_each

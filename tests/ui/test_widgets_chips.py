@@ -13,7 +13,8 @@ from kivymd.uix.snackbar import MDSnackbar
 from app.domain.models import THEMES
 from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, Segment, Segments, SwitchFace, Toggle
 from app.widgets.chart import Meter, WorkingRing
-from app.widgets.flow import Chip, ChipFlow
+from app.widgets.flow import ChipFlow
+from app.widgets.items import Option
 from app.widgets.snackbar import Snackbar, Snackbars
 from app.widgets.text import Ico, Txt
 from app.widgets.tokens import apply_theme, tk
@@ -49,7 +50,7 @@ def test_whether_a_chip_is_chosen_says_only_who_uses_it(ui):
 
 
 def test_a_double_tap_on_a_chip_that_goes_presses_not_the_one_that_comes_in_its_place(ui):
-    flow = ui.show(ChipFlow(data=[Chip(key, key) for key in ("Failed", "Sisu", "Aino")]), (400, 100))
+    flow = ui.show(ChipFlow(data=[Option(key, key) for key in ("Failed", "Sisu", "Aino")]), (400, 100))
     chosen: list[object] = []
 
     def leave_out(_flow: ChipFlow, key: object) -> None:

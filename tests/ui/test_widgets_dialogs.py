@@ -10,10 +10,10 @@ import pytest
 from kivy.core.window import Window
 from kivy.tests.common import UnitTestTouch
 
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet, OptionRow
+from app.widgets.items import Option
 from app.widgets.long_list import LongList
 from app.widgets.menu import Menu
 from app.widgets.sheet import Sheet
@@ -93,7 +93,7 @@ def test_a_menu_hangs_on_its_widget_inside_the_window(ui, dialogs):
         button.pos = x, y
         ui.advance()
         menu = dialogs.menu(
-            button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete")], lambda key: None
+            button, "Deliver kits", [Option("run", "Run now"), Option("delete", "Delete")], lambda key: None
         )
         ui.advance()
         assert menu.x >= 0
@@ -109,7 +109,7 @@ def test_a_card_at_the_left_of_the_page_leaves_the_rail_free(ui, dialogs):
     bar = ui.show(CommandButton(text="06:30"), (80, 48))
     bar.pos = 110, 400
     ui.advance()
-    menu = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
+    menu = dialogs.menu(bar, "Deliver kits", [Option("edit", "Edit")], lambda key: None)
     ui.advance()
     assert menu.x == bar.x
     menu.dismiss()
@@ -121,7 +121,7 @@ def test_a_card_points_at_the_middle_of_what_is_narrow(ui, dialogs, x):
     bar = ui.show(CommandButton(text=""), (6, 48))
     bar.pos = x, 400
     ui.advance()
-    card = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
+    card = dialogs.menu(bar, "Deliver kits", [Option("edit", "Edit")], lambda key: None)
     ui.advance()
     assert card.tip == bar.center_x
     card.dismiss()
@@ -133,11 +133,11 @@ def test_a_card_points_at_what_it_is_about(ui, dialogs, y, is_below):
     bar = ui.show(CommandButton(text="06:30"), (80, 48))
     bar.pos = 300, y
     ui.advance()
-    card = dialogs.menu(bar, "Deliver kits", [MenuItem("edit", "Edit")], lambda key: None)
+    card = dialogs.menu(bar, "Deliver kits", [Option("edit", "Edit")], lambda key: None)
     ui.advance()
     assert (card.tip, card.is_below) == (bar.center_x, is_below)
     card.dismiss()
-    menu = dialogs.menu(bar, "", [MenuItem("edit", "Edit")], lambda key: None)
+    menu = dialogs.menu(bar, "", [Option("edit", "Edit")], lambda key: None)
     ui.advance()
     assert menu.tip == 0
     menu.dismiss()
@@ -148,7 +148,7 @@ def test_a_menu_hands_over_its_key(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []
     dialogs.menu(
-        button, "Deliver kits", [MenuItem("run", "Run now"), MenuItem("delete", "Delete", disabled=True)], chosen.append
+        button, "Deliver kits", [Option("run", "Run now"), Option("delete", "Delete", disabled=True)], chosen.append
     )
     ui.advance()
     ui.tap(ui.find(Txt, text="Delete"))
@@ -165,7 +165,7 @@ def question(dialogs: Dialogs) -> tuple[Sheet, Callable[[], object]]:
 
 
 def menu(dialogs: Dialogs) -> tuple[Menu, Callable[[], object]]:
-    opened = dialogs.menu(Window.children[0], "", [MenuItem(1, "Run")], print)
+    opened = dialogs.menu(Window.children[0], "", [Option(1, "Run")], print)
     return opened, opened.dismiss
 
 

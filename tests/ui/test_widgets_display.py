@@ -11,11 +11,11 @@ from kivy.uix.label import Label
 from kivymd.icon_definitions import md_icons
 
 from app.domain.models import THEMES
-from app.screens.common.options import Option
 from app.screens.common.overlays import Dialogs
 from app.widgets import shapes
 from app.widgets.display import Disc, EmptyState
 from app.widgets.fields import Field
+from app.widgets.items import Option
 from app.widgets.scrolling import ScrollPage
 from app.widgets.shapes import texture_of
 from app.widgets.surfaces import Tap

@@ -8,13 +8,13 @@ from kivy.tests.common import UnitTestTouch
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.overlays import Dialogs
 from app.screens.common.view_model import ScreenBase
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, FieldInput
 from app.widgets.frame import Frame
+from app.widgets.items import Option
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.menu import Menu
 from app.widgets.rest import DOUBLE_TAP, SETTLES
@@ -147,7 +147,7 @@ def test_a_dialog_behind_another_rests_too(ui, page, dialogs):
 def test_a_dialog_that_another_has_opened_is_used_as_always(ui, page, dialogs):
     chosen: list[int] = []
     options = [Option(n, str(n)) for n in range(5)]
-    dialogs.menu(page, "", [MenuItem("next", "Next")], lambda _key: dialogs.choose("Which", options, chosen.append))
+    dialogs.menu(page, "", [Option("next", "Next")], lambda _key: dialogs.choose("Which", options, chosen.append))
     ui.advance(2 * DOUBLE_TAP)
     ui.tap_text("Next")
     place = ui.find(OptionRow, title="3")

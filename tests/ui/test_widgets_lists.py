@@ -10,8 +10,8 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.widgets import load_kv
 from app.widgets.buttons import IconButton
-from app.widgets.flow import Chip, ChipFlow
-from app.widgets.items import Item
+from app.widgets.flow import ChipFlow
+from app.widgets.items import Item, Option
 from app.widgets.lists import KEPT, STILL, Row, Rows
 from app.widgets.long_list import LongList
 from app.widgets.places import places
@@ -138,7 +138,7 @@ def under_chips(ui, kind: str) -> tuple:
 @pytest.mark.parametrize("come", [True, False])
 def test_a_row_that_slides_under_the_finger_as_chips_come_or_go_is_not_pressed(ui, kind, come):
     rows, chips = under_chips(ui, kind)
-    shown = [Chip("failed", "4 failed")]
+    shown = [Option("failed", "4 failed")]
     chips.data = [] if come else shown
     ui.advance(2 * STILL)
     happened = actions_of(rows)
@@ -158,7 +158,7 @@ def test_chips_that_come_while_a_finger_is_down_make_it_press_no_other_row(ui, k
     rows, chips = under_chips(ui, kind)
     happened = actions_of(rows)
     lift = ui.press(ui.find(IconButton, root=ui.find(QueueRow, key=2)))
-    chips.data = [Chip("failed", "4 failed")]
+    chips.data = [Option("failed", "4 failed")]
     lift()
     assert (1, "cancel") not in happened
 

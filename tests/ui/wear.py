@@ -20,8 +20,8 @@ from kivy.metrics import Metrics
 from kivy.uix.widget import Widget
 
 from app.i18n import translator
-from app.screens.common.options import MenuItem, Option
 from app.screens.settings.missions import MissionsPage
+from app.widgets.items import Option
 from app.widgets.tokens import tk
 from app.widgets.tr import tr
 from app.window.application import SchedulerApp
@@ -30,7 +30,7 @@ from tests.ui.driver import Driver
 SCREENS = ("scheduler", "logs", "settings", "home")
 SECTIONS = ("robots", "missions", "constraints", "idle", "scheduler", "display", "data", "about")
 OPTIONS = [Option(n, f"Option {n}", "star") for n in range(20)]
-ITEMS = [MenuItem(n, f"Command {n}", "star") for n in range(4)]
+ITEMS = [Option(n, f"Command {n}", "star") for n in range(4)]
 SIZES = (
     (1280, 800),
     (800, 1280),

@@ -31,9 +31,8 @@ from app.screens.common.alarms_view import (
     urgency,
     way_to,
 )
-from app.screens.common.options import MenuItem
 from app.services.live.alarms import SHELF_HOURS
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 ENOUGH = 3  # alarms, from which on they share a line
 NAMED = 3  # robots or missions whose names are in the note
@@ -251,11 +250,11 @@ def _actions(group: Together, robots: Mapping[int, Robot], now: datetime, why_no
     return (*seen, *solving, *fold, *menu)
 
 
-def menu_of_group(group: Together) -> list[MenuItem]:
+def menu_of_group(group: Together) -> list[Option]:
     """What else can be done about them; the keys are "note" and a number of hours."""
-    note = [MenuItem("note", _("Acknowledge with a note"), "note-edit-outline")] if is_unseen(group[0]) else []
+    note = [Option("note", _("Acknowledge with a note"), "note-edit-outline")] if is_unseen(group[0]) else []
     return note + [
-        MenuItem(
+        Option(
             hours, ngettext("Shelve for {n} hour", "Shelve for {n} hours", hours).format(n=hours), "bell-sleep-outline"
         )
         for hours in SHELF_HOURS

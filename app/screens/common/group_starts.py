@@ -14,11 +14,11 @@ from app.domain.models import Group, Mission, Robot, Settings
 from app.i18n import _
 from app.screens.common.cancelled import ask_to_cancel, ask_to_stop, is_undoable, say_cancelled
 from app.screens.common.holding import HAND, about_start, hold_at, until_words
-from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.shell import Shell
 from app.services.catalogue.catalogue import Catalogue
 from app.services.robots.commands import Operator
+from app.widgets.items import Option
 
 T = TypeVar("T")
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from app.i18n import _
-from app.screens.common.options import Option
 from app.screens.common.shell import Shell
+from app.widgets.items import Option
 
 FETCH = "fetch"  # key of the option
 

@@ -11,9 +11,9 @@ from typing import Any
 from kivy.uix.widget import Widget
 
 from app.screens.common import formats
-from app.screens.common.options import Card, MenuItem, Option
 from app.screens.common.sheets import Sheets
 from app.widgets.choices import ChoiceSheet, Picker
+from app.widgets.items import Card, Option
 from app.widgets.menu import Menu
 from app.widgets.pickers import DateSheet, TimeSheet
 from app.widgets.sheet import Sheet
@@ -102,7 +102,7 @@ class Dialogs:
         return self.sheets.pick(picker, done)
 
     def menu(
-        self, anchor: Widget, title: str, items: Sequence[MenuItem], done: Callable[[Any], object], text: str = ""
+        self, anchor: Widget, title: str, items: Sequence[Option], done: Callable[[Any], object], text: str = ""
     ) -> Menu:
         """Open a menu at ``anchor``; ``done(key)``. ``title``, and ``text`` below it, say what it is about."""
         menu = Menu(items=list(items), anchor=anchor, title=title, text=text)

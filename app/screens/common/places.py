@@ -6,10 +6,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from app.i18n import _
-from app.screens.common.options import Option
 from app.screens.common.shell import Shell
 from app.services.files.exports import DataFiles
 from app.services.files.places import Place, PlaceKind
+from app.widgets.items import Option
 
 ICONS = {
     PlaceKind.DOCUMENTS: "folder-outline",

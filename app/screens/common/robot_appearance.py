@@ -10,8 +10,8 @@ from app.domain.models import Connection, Fleet, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.services.live.snapshots import is_stale
+from app.widgets.items import Option
 
 ANSWERS = (Connection.CONNECTED, Connection.SLOW)
 STOPPED = (RobotState.EMERGENCY_STOP, RobotState.ERROR)

@@ -7,7 +7,7 @@ from datetime import datetime, timedelta
 from zoneinfo import ZoneInfo
 
 from app.screens.common import formats
-from app.screens.common.options import Option
+from app.widgets.items import Option
 
 
 def zone_options(names: Iterable[str], now: datetime, first: str = "") -> list[Option]:

@@ -27,11 +27,10 @@ from app.screens.common.alarms_view import (
 )
 from app.screens.common.holding import HAND, hold_at
 from app.screens.common.mission_names import MissionNames
-from app.screens.common.options import Option
 from app.screens.common.zones import zone_options
 from app.screens.frame.facts import OpenIssues, may_have_run
 from app.services.check_up.journal import HOLD as CHECK_UP
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,13 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 
-from app.screens.common.options import Option
 from app.screens.common.presses import DOUBLE_TAP
 from app.screens.home.fleet_model import FleetState
 from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.display import RowsCard, SectionCard
-from app.widgets.items import Tab
+from app.widgets.items import Option, Tab
 from app.widgets.list_row import ListRow
 from app.widgets.robot_map import RobotMap, ground
 from app.widgets.surfaces import OnlySeen, Tap, TonedSurface

@@ -16,7 +16,6 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.formats import LONGEST_QUESTION
 from app.screens.common.holding import HAND
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import (
     LOW,
     battery_appearance,
@@ -26,7 +25,7 @@ from app.screens.common.robot_appearance import (
 )
 from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, count_words, look_of, robots_in_words
 from app.screens.common.robot_texts import Problem, problem_of_status
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is said
 NAMED_UP_TO = 3  # robots in one row; more are counted

@@ -16,7 +16,6 @@ from kivy.uix.widget import Widget
 from app.i18n import _, languages, translator
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts
-from app.screens.common.options import MenuItem
 from app.screens.common.presses import Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
@@ -35,6 +34,7 @@ from app.screens.home.view import ALL_ROBOTS, present, tabs
 from app.screens.home.waiting_model import WaitingModel
 from app.services.live.changes import Topic
 from app.widgets import load_kv
+from app.widgets.items import Option
 from app.widgets.rest import rest
 
 NO_ROBOT, MAP = "empty", "map"
@@ -278,11 +278,11 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def show_more(self, anchor: Widget) -> None:
         """What is seldom done to the queue."""
-        items = [MenuItem("clear", _("Clear queue"), "playlist-remove", disabled=not self.clear_count)]
+        items = [Option("clear", _("Clear queue"), "playlist-remove", disabled=not self.clear_count)]
         seen = self.facts.snapshot
         if self.card.foot.action == "pause" and not self.card.old and can_reset(seen.status):
             why = why_not(seen.capabilities.clear_error)
-            items.append(MenuItem("reset", why or _("Reset errors"), "restore", disabled=bool(why)))
+            items.append(Option("reset", why or _("Reset errors"), "restore", disabled=bool(why)))
         calls: dict[str, Callable[[], object]] = {"clear": self.clear_queue, "reset": self.reset_errors}
         self._shell.dialogs.menu(anchor, _("Queue"), items, lambda key: calls[key]())
 

@@ -16,14 +16,13 @@ from app.screens.common import formats
 from app.screens.common.group_starts import lacking
 from app.screens.common.holding import hold_at, run_words
 from app.screens.common.missing_mission import fetch_option
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.start_now import why_not
 from app.screens.home.card import Card
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.situation import CRITICAL, HIGH
 from app.services.robots.commands import Operator
-from app.widgets.items import Item
+from app.widgets.items import Item, Option
 
 TILES = 5  # missions that are one tap away
 Usual = Mapping[str, DurationEstimate | None]  # how long missions take on the robot, by guid

@@ -18,8 +18,7 @@ from app.screens.common.presses import OfRobot
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
 from app.screens.home.send import SendView, Target, all_missions, send_view, start
-from app.widgets.flow import Chip
-from app.widgets.items import Item
+from app.widgets.items import Item, Option
 from app.widgets.sheet import Finds, Sheet
 
 if TYPE_CHECKING:
@@ -59,9 +58,9 @@ class SendSheet(HomeSheet):
         self.target = replace(self.target, first=not self.target.first)
 
     @staticmethod
-    def first_chips(can_be: bool, chosen: bool, words: str) -> list[Chip]:
+    def first_chips(can_be: bool, chosen: bool, words: str) -> list[Option]:
         """A start on a group can be put before everything else."""
-        return [Chip("first", words, "chevron-double-up", chosen)] if can_be else []
+        return [Option("first", words, "chevron-double-up", selected=chosen)] if can_be else []
 
 
 class AllMissionsSheet(Finds, HomeSheet):

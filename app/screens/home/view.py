@@ -7,7 +7,6 @@ from datetime import datetime
 
 from app.domain.models import RobotSnapshot
 from app.i18n import _
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import is_old, silent_fleet, state_appearance, trouble_of
 from app.screens.common.robot_groups import FEW, NEEDS_HELP, group_of, help_rank, look_of
 from app.screens.home.card import Card, card
@@ -15,7 +14,7 @@ from app.screens.home.facts import HomeFacts
 from app.screens.home.map import NO_MAP, MapView, map_view
 from app.screens.home.send import tiles
 from app.screens.home.today import today
-from app.widgets.items import Item, Tab
+from app.widgets.items import Item, Option, Tab
 
 ALL_ROBOTS = "fleet"  # key of the tab
 

@@ -13,11 +13,10 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import waiting_words
-from app.screens.common.options import Option
 from app.screens.home.facts import HomeFacts
 from app.services.allocation.choose import LAST_CALL
 from app.services.allocation.situation import Ineligible
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 ON_THE_WAY = timedelta(seconds=2)  # until the message that a start is being sent
 

@@ -14,12 +14,11 @@ from app.domain.models import Group
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.name_order import by_name
-from app.screens.common.options import Option
 from app.screens.logs.facts import LogsServices
 from app.screens.logs.numbers import Explanation, FactLine
 from app.screens.logs.view import Filters
 from app.services.history.runs import RobotTimeline
-from app.widgets.items import Bar, Lane
+from app.widgets.items import Bar, Lane, Option
 
 COLUMNS = 600  # of a lane; finer can't be seen
 HOUR = timedelta(hours=1)

@@ -11,8 +11,8 @@ from app.domain.execution import Execution, State
 from app.domain.models import Group, Robot
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import robot_option
+from app.widgets.items import Option
 
 Step = tuple[str, str, str]  # label, time, note
 

@@ -14,7 +14,6 @@ from kivy.uix.widget import Widget
 from app.i18n import _
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.name_order import with_id
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
 from app.screens.logs import cards, of_groups, view  # noqa: F401  (kv's Factory learns the cards)
@@ -27,6 +26,7 @@ from app.screens.logs.run_story import RunStory
 from app.screens.logs.view import Filters, Period
 from app.services.live.changes import Topic
 from app.widgets import load_kv
+from app.widgets.items import Option
 from app.widgets.tabs import Tab
 
 MAX_ROWS = 5000  # kept in the list; older runs are found with the filters
@@ -299,7 +299,7 @@ class LogsViewModel(ViewModel):
     def choose_more(self, anchor: Widget) -> None:
         """Commands for the list."""
         count = self.facts.count
-        export = MenuItem(
+        export = Option(
             "export", view.export_text(count), "file-export-outline", disabled=not count or self.files.exporting
         )
         self._shell.dialogs.menu(anchor, "", [export], lambda _key: self.files.export())

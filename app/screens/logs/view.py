@@ -18,13 +18,12 @@ from app.i18n import _, ngettext, translator
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import waiting_words
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.robot_texts import problem_of
 from app.screens.logs import of_groups
 from app.screens.logs.of_groups import OfGroup
 from app.services.history.figures import kind_of
 from app.services.history.shift_report import ReportPeriod
-from app.widgets.items import Item
+from app.widgets.items import Item, Option
 
 ON_TIME_S = 60.0  # later than this, the delay is shown
 UNDER_WAY = "under_way"  # the outcome filter's key of what has not ended
@@ -153,13 +152,13 @@ def cleared(filters: Filters, key: str) -> Filters:
     return replace(filters, **{key: getattr(Filters(), key)})
 
 
-def filter_menu() -> list[MenuItem]:
+def filter_menu() -> list[Option]:
     return [
-        MenuItem("problems", _("Problems"), "alert-circle-outline"),
-        MenuItem("outcomes", _("Outcome"), "list-status"),
-        MenuItem("robot", _("Robot"), "robot-outline"),
-        MenuItem("mission", _("Mission"), "flag-outline"),
-        MenuItem("triggers", _("Started by"), "gesture-tap"),
+        Option("problems", _("Problems"), "alert-circle-outline"),
+        Option("outcomes", _("Outcome"), "list-status"),
+        Option("robot", _("Robot"), "robot-outline"),
+        Option("mission", _("Mission"), "flag-outline"),
+        Option("triggers", _("Started by"), "gesture-tap"),
     ]
 
 

@@ -15,14 +15,13 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty
 from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
 from app.screens.scheduler import view
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.suggestions import suggestions as words
 from app.services.suggestions.suggestions import Advice, Change, Result, Suggestion
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 SOON = 5.0  # s after the Scheduler was opened, so that it is drawn first
 AGAIN = timedelta(hours=12)
@@ -147,7 +146,7 @@ class AdviceModel(EventDispatcher):
         if one is None:
             return
         if action == "menu":
-            anchor, items = values[0], [MenuItem("dismiss", _("Not now"), "bell-off-outline")]
+            anchor, items = values[0], [Option("dismiss", _("Not now"), "bell-off-outline")]
             self._shell.dialogs.menu(
                 anchor, _title(one.schedule, self._facts()), items, lambda _key: self._dismiss(one)
             )

@@ -11,13 +11,13 @@ from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import HAND, waiting_words
-from app.screens.common.options import Card, MenuItem
 from app.screens.common.priorities import word
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
 from app.screens.scheduler.view import run_item
 from app.services.planning.planned import ASSUMED_S, PlannedRun
+from app.widgets.items import Card, Option
 
 
 def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card:
@@ -32,14 +32,14 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
         else execution_appearance.word(execution.state)
     )
     log, edit = (
-        MenuItem("log", _("Open in Logs"), "text-box-outline"),
-        MenuItem("edit", _("Edit"), "pencil-outline"),
+        Option("log", _("Open in Logs"), "text-box-outline"),
+        Option("edit", _("Edit"), "pencil-outline"),
     )
     if facts.is_skipped(
         execution, now
     ):  # each in the place that it, or its opposite, has on the card of a planned start
         items = [
-            MenuItem("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)),
+            Option("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)),
             edit,
             log,
         ]
@@ -57,21 +57,19 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     )
 
 
-def _waiting_items(execution: Execution) -> list[MenuItem]:
+def _waiting_items(execution: Execution) -> list[Option]:
     """The actions of Home, and Hold."""
     off = execution.cancel_code is not None
     return [
-        MenuItem("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
-        MenuItem(
+        Option("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
+        Option(
             "priority",
             _("Priority: {priority}").format(priority=word(execution.priority)),
             "chevron-double-up",
             disabled=off,
         ),
-        MenuItem("release", _("Release"), "play")
-        if execution.held
-        else MenuItem("hold", _("Hold"), HAND, disabled=off),
-        MenuItem("cancel", _("Cancel"), "close", disabled=off),
+        Option("release", _("Release"), "play") if execution.held else Option("hold", _("Hold"), HAND, disabled=off),
+        Option("cancel", _("Cancel"), "close", disabled=off),
     ]
 
 
@@ -97,9 +95,9 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
             )
         )
     items = (
-        MenuItem("move", _("Move"), "arrow-left-right", disabled=run.begins != run.at),
-        MenuItem("skip", _("Skip"), "skip-next"),
-        MenuItem("edit", _("Edit"), "pencil-outline"),
+        Option("move", _("Move"), "arrow-left-right", disabled=run.begins != run.at),
+        Option("skip", _("Skip"), "skip-next"),
+        Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, run.schedule, now),
     )
     when = f"{foreseen.whose(run)} · {_from_to(facts, run.begins, ends)}"

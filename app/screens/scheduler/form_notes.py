@@ -12,11 +12,11 @@ from app.domain import conflicts
 from app.domain.models import InvalidInput
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.scheduler.draft import LAST, SOON, Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.sentences import missing_months
+from app.widgets.items import Option
 
 LAST_MINUTE = time(23, 59)
 MOST_DAYS = 3  # that are left out, by name

@@ -13,7 +13,6 @@ from app.domain.models import WEEKDAYS, InvalidInput, Overlap, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import HAND, held_word
-from app.screens.common.options import Option
 from app.screens.common.priorities import level
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler import of_groups
@@ -22,6 +21,7 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_notes import NoteRow, Preview, closed_weekdays, dated, notes
 from app.screens.scheduler.view import days_word, rule_line, short_rule, zoned
 from app.services.catalogue.preview import STARTS, Forecast
+from app.widgets.items import Option
 
 # field of a service's InvalidInput -> the form's field that shows it
 FIELDS = {

@@ -8,9 +8,9 @@ from zoneinfo import ZoneInfo
 
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import robot_option
 from app.screens.scheduler.facts import SchedulerFacts
+from app.widgets.items import Option
 
 ALL = 0  # key of all robots
 HOUR, DAY, CHOSEN, OPEN = "hour", "day", "chosen", "open"

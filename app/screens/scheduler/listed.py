@@ -12,10 +12,10 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Strin
 from kivy.uix.widget import Widget
 
 from app.i18n import _
-from app.screens.common.options import MenuItem
 from app.screens.common.shell import Shell
 from app.screens.scheduler import view
 from app.screens.scheduler.facts import SchedulerFacts
+from app.widgets.items import Option
 
 TOOLS_FROM = 5  # schedules, from which on they can be searched
 
@@ -78,7 +78,7 @@ class ScheduleList(EventDispatcher):
 
     def choose_order(self, anchor: Widget) -> None:
         items = [
-            MenuItem(False, _("By next start"), "sort-clock-ascending-outline"),
-            MenuItem(True, _("By name"), "sort-alphabetical-ascending"),
+            Option(False, _("By next start"), "sort-clock-ascending-outline"),
+            Option(True, _("By name"), "sort-alphabetical-ascending"),
         ]
         self._shell.dialogs.menu(anchor, _("Order of the schedules"), items, lambda by_name: self.set(by_name=by_name))

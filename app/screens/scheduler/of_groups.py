@@ -7,12 +7,12 @@ from app.domain.models import Group, Robot, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.group_starts import lacking, lacking_words
-from app.screens.common.options import Option
 from app.screens.common.priorities import LEVELS, level, word
 from app.screens.common.robot_appearance import off_word, robot_option
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.allocation.situation import NORMAL
+from app.widgets.items import Option
 
 
 def target_options(facts: SchedulerFacts) -> list[Option]:

@@ -15,7 +15,6 @@ from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts, robots_for
-from app.screens.common.options import Card, MenuItem
 from app.screens.common.robot_appearance import robot_option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher, ViewModel
@@ -26,6 +25,7 @@ from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Windo
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.timeline import TimelineView
 from app.services.catalogue.preview import Forecast
+from app.widgets.items import Card, Option
 
 PAGE = 0.5  # of what the plan shows, that a press moves it by
 SEEN_BESIDE = 0.6  # of it, that is surely seen while the form is open
@@ -117,7 +117,7 @@ class OnTimeline(ViewModel):
     # ------------------------------------------------------------------ its window
     def choose_span(self, anchor: Widget) -> None:
         """How much is seen at once."""
-        items = [MenuItem(hours, timeline.span_text(hours)) for hours in timeline.SPANS]
+        items = [Option(hours, timeline.span_text(hours)) for hours in timeline.SPANS]
         self._shell.dialogs.menu(anchor, "", items, self.show_span)
 
     def show_span(self, hours: float) -> None:

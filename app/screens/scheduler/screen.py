@@ -13,7 +13,6 @@ from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common.group_starts import GroupStarts
 from app.screens.common.mission_names import MissionNameLookup
-from app.screens.common.options import Card, MenuItem
 from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports, as_it_is
@@ -32,6 +31,7 @@ from app.services.files.plan_export import PlanExport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.dock import dock
+from app.widgets.items import Card, Option
 from app.widgets.tabs import Tab
 
 REFRESH_SECONDS = 60.0  # after which the plan is read again even without a published change
@@ -204,9 +204,9 @@ class SchedulerViewModel(OnTimeline):
             "looks": lambda: self._shell.dialogs.cards(anchor, colours, lambda *_args: None),
         }
         items = [
-            MenuItem("export", _("Export"), "calendar-export", disabled=self.exporting),
-            *([MenuItem("robots", _("Robots in the plan"), "robot-outline")] if self.timeline.robots else []),
-            MenuItem("looks", _("Colours"), "information-outline"),
+            Option("export", _("Export"), "calendar-export", disabled=self.exporting),
+            *([Option("robots", _("Robots in the plan"), "robot-outline")] if self.timeline.robots else []),
+            Option("looks", _("Colours"), "information-outline"),
         ]
         self._shell.dialogs.menu(anchor, _("Plan"), items, lambda key: calls[key]())
 

@@ -298,9 +298,9 @@ def _block(group: list[Bar]) -> Bar:
     """Their mission, if it is one, and their number."""
     begins, ends, count = group[0].start, max(bar.end for bar in group), len(group)
     runs, names = ngettext("{n} run", "{n} runs", count).format(n=count), {bar.label for bar in group}
-    label, *shorter = (*(f"{name} · {runs}" for name in names if name and len(names) == 1), runs, str(count))
+    labels = [*(f"{name} · {runs}" for name in names if name and len(names) == 1), runs, str(count)]
     return Bar(
-        ("zoom", (begins + ends) / 2, ends - begins), begins, ends, label, group[0].state, shorter=tuple(shorter)
+        ("zoom", (begins + ends) / 2, ends - begins), begins, ends, labels[0], group[0].state, shorter=tuple(labels[1:])
     )
 
 

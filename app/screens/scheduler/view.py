@@ -13,7 +13,6 @@ from app.domain.models import WEEKDAYS, Group, Schedule
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import held_note, run_words
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.robot_appearance import silence_word
 from app.screens.common.start_now import why_not
 from app.screens.scheduler import of_groups
@@ -22,7 +21,7 @@ from app.screens.scheduler.facts import SchedulerFacts
 from app.services.files.plan_export import PlanExport
 from app.services.planning import sentences
 from app.services.planning.recurrence import to_utc
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 
 @dataclass(frozen=True)
@@ -118,7 +117,7 @@ def schedule_rows(facts: SchedulerFacts, now: datetime, listing: Listing = Listi
         if of_groups.is_listed(facts, schedule, listing.target) and listing.mission_id in (None, schedule.mission_id)
     )
     rows = (_schedule_row(facts, schedule, now) for schedule in sorted(listed, key=place))
-    names = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
+    names: dict[object, str] = {schedule.id: schedule.name for schedule in facts.schedules} if words else {}
     return [
         row
         for row in rows
@@ -225,7 +224,7 @@ def menu_title(facts: SchedulerFacts, schedule: Schedule) -> tuple[str, str]:
     return (name, " · ".join(filter(None, (what, where)))) if name else (what, where)
 
 
-def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuItem:
+def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> Option:
     """The button to start it now: what a press does, or why it does nothing, as on Home."""
     hold = facts.own_hold or facts.hold(schedule.robot_id, schedule.group_id, now)
     target = facts.target(schedule)
@@ -233,28 +232,28 @@ def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> MenuIt
     if not nothing and isinstance(target, Group) and of_groups.all_lack_mission(facts, schedule):
         nothing = _("No robot of {group} has this mission").format(group=target.name)
     if nothing:
-        return MenuItem("run", nothing, "play", disabled=True)
+        return Option("run", nothing, "play", disabled=True)
     silent = facts.robot(schedule.robot_id) if schedule.robot_id in facts.silent else None
     words = run_words(hold, silent, rules.closes_at(now, None, facts.settings), facts.settings.timezone, now)
-    return MenuItem("run", *(words or (_("Run now"), "play")))
+    return Option("run", *(words or (_("Run now"), "play")))
 
 
-def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> list[MenuItem]:
+def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> list[Option]:
     """What can be done with it."""
     return [
-        MenuItem("edit", _("Edit"), "pencil-outline"),
+        Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, schedule, now),
-        MenuItem("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
-        MenuItem("resume", _("Resume now"), "play-circle-outline")
+        Option("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
+        Option("resume", _("Resume now"), "play-circle-outline")
         if schedule.is_paused(now)
-        else MenuItem(
+        else Option(
             "pause",
             _("Pause until a day"),
             "pause-circle-outline",
             disabled=not (schedule.enabled and schedule.next_at),
         ),
-        MenuItem("duplicate", _("Duplicate"), "content-copy"),
-        MenuItem("delete", _("Delete"), "trash-can-outline", tone="fault"),
+        Option("duplicate", _("Duplicate"), "content-copy"),
+        Option("delete", _("Delete"), "trash-can-outline", tone="fault"),
     ]
 
 

@@ -9,13 +9,12 @@ from datetime import date
 from app.domain.models import DayException
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.settings.country_names import in_language, translations
 from app.screens.settings.facts import SettingsFacts
 from app.services.files.calendar_days import FoundDays, LeftOut
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning.working_days import DayStatus, Ground, spans
-from app.widgets.items import Action, Day, Item
+from app.widgets.items import Action, Day, Item, Option
 
 YEARS = (1970, 2199)  # whose months are shown
 CLOSED, HOLIDAY, EXTRA = "calendar-remove-outline", "calendar-star", "plus-circle-outline"

@@ -24,7 +24,6 @@ from app.domain.check_up import Progress, Report, Trial
 from app.domain.message import Message
 from app.domain.models import Fleet, Robot
 from app.i18n import _
-from app.screens.common.options import MenuItem, Option
 from app.screens.common.places import choose_place
 from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
@@ -36,6 +35,7 @@ from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.report import document
 from app.services.check_up.service import CheckUps
+from app.widgets.items import Option
 
 SHOWN_EVERY = 0.5  # s; the progress comes from another thread
 WAITS_S = 6.0  # without a step, until it says so
@@ -326,8 +326,8 @@ class CheckUp(EventDispatcher):
     def menu(self, button: Widget) -> None:
         """Where the report goes."""
         items = [
-            MenuItem(".html", _("Save report to print"), "printer-outline"),
-            MenuItem(".json", _("Save file for support"), "file-export-outline"),
+            Option(".html", _("Save report to print"), "printer-outline"),
+            Option(".json", _("Save file for support"), "file-export-outline"),
         ]
         self._context.shell.dialogs.menu(button, "", items, self._save)
 

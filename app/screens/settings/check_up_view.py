@@ -10,11 +10,10 @@ from app.domain.check_up import Finding, Level, Progress, Report, Topic, Trial
 from app.domain.models import Fleet, InvalidInput, Robot
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.settings.view import NoticeView, asking_robot, went_wrong
 from app.services.check_up.report import LEVELS, TOPICS
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 OFFERED = ""  # in place of a mission's name: the one that waits a second
 QUEUED = 4  # missions of a trial

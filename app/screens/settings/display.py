@@ -10,12 +10,12 @@ from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, Strin
 from app.domain.models import FONT_SCALES, Settings
 from app.i18n import _, languages
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.view import keyboard_words, theme_names
 from app.services.live.access import ADVISED, LONGEST, SHORTEST, is_easy_to_guess
+from app.widgets.items import Option
 
 NEVER = "never"
 

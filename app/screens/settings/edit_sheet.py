@@ -12,16 +12,16 @@ from kivy.uix.widget import Widget
 from app.domain.models import InvalidInput
 from app.i18n import _
 from app.screens.common.name_order import with_id
-from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView, went_wrong
 from app.services.catalogue.catalogue import Removed
+from app.widgets.items import Option
 from app.widgets.sheet import Sheet
 
 
 def delete_menu(context: PageContext, button: Widget, chosen: Callable[[], object]) -> None:
-    items = [MenuItem("delete", _("Delete"), "delete-outline", tone="fault")]
+    items = [Option("delete", _("Delete"), "delete-outline", tone="fault")]
     context.shell.dialogs.menu(button, "", items, lambda _key: chosen())
 
 

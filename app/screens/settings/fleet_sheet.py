@@ -14,7 +14,6 @@ from app.domain.models import Fleet, FleetKind, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
 from app.i18n import _
 from app.mir.errors import RobotError
-from app.screens.common.options import MenuItem
 from app.screens.common.problems import sentence_of
 from app.screens.settings import fleets_view as view
 from app.screens.settings import removals
@@ -26,6 +25,7 @@ from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView
 from app.services.catalogue.edit import Removed
 from app.services.robots.fleets import FoundVehicle
+from app.widgets.items import Option
 
 AT_ONCE = ("name", "enabled")
 
@@ -105,9 +105,9 @@ class FleetSheet(ConnectionSheet):
     def on_dots(self, button: Widget) -> None:
         fleet, context = self.stored, self.context
         items = [
-            MenuItem("robots", _("Robots of the fleet"), "robot-outline", disabled=fleet.needs_password),
-            MenuItem("check up", _("Check up"), "clipboard-check-outline", disabled=fleet.needs_password),
-            MenuItem("delete", _("Delete"), "delete-outline", tone="fault"),
+            Option("robots", _("Robots of the fleet"), "robot-outline", disabled=fleet.needs_password),
+            Option("check up", _("Check up"), "clipboard-check-outline", disabled=fleet.needs_password),
+            Option("delete", _("Delete"), "delete-outline", tone="fault"),
         ]
         acts: dict[str, Callable[[], object]] = {
             "robots": self.show_robots,

@@ -21,7 +21,6 @@ from kivymd.icon_definitions import md_icons
 from app.domain.models import Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
-from app.screens.common.options import Option
 from app.screens.common.robot_appearance import robot_option
 from app.screens.settings import removals
 from app.screens.settings.edit_sheet import PlainSheet, ask_and_delete, delete_menu
@@ -42,6 +41,7 @@ from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Edit
 from app.widgets.display import SectionCard
+from app.widgets.items import Option
 from app.widgets.lists import Row
 from app.widgets.surfaces import Tap
 from app.widgets.text import Txt

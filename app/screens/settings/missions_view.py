@@ -11,10 +11,9 @@ from app.domain.models import Mission, Robot
 from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common import formats
-from app.screens.common.options import Option
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.view import NoticeView
-from app.widgets.items import Action, Item
+from app.widgets.items import Action, Item, Option
 
 MOST_COLUMNS = 6  # robots, else groups
 HAS, MISSING, UNKNOWN = "check", "close", "help"  # icons of cells

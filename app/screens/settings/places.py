@@ -14,12 +14,12 @@ from app.domain import conflicts
 from app.domain.models import Place
 from app.domain.names import LONGEST
 from app.i18n import _
-from app.screens.common.options import Card, Option
 from app.screens.settings import groups_view as view
 from app.screens.settings.edit_sheet import PlainSheet, delete, delete_menu
 from app.screens.settings.page import PageContext
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
+from app.widgets.items import Card, Option
 
 USUAL_MOST = 1  # as the word says; its help explains larger numbers
 STEPS = {"fewer": -1, "more": 1}

@@ -11,7 +11,6 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import Fleet, HandOver, Robot
 from app.i18n import _
-from app.screens.common.options import MenuItem, Option
 from app.screens.settings import removals
 from app.screens.settings.connection_form import ConnectionForm, FieldsSheet
 from app.screens.settings.edit_sheet import ask_and_delete
@@ -20,6 +19,7 @@ from app.screens.settings.page import PageContext
 from app.screens.settings.view import advanced_item, idle_phrase, robot_note
 from app.services.catalogue import group_edit
 from app.services.catalogue.edit import Edit
+from app.widgets.items import Option
 
 AT_ONCE = ("name", "enabled", "hand_over")
 
@@ -69,11 +69,11 @@ class KnownRobotSheet(FieldsSheet):
 
     def on_dots(self, button: Widget) -> None:
         robot, go = self.stored, self.context.shell.go
-        check_up = MenuItem("check up", _("Check up"), "clipboard-check-outline")
+        check_up = Option("check up", _("Check up"), "clipboard-check-outline")
         items = [
             *([check_up] if robot.fleet is None else []),  # others are checked up with their fleet
-            MenuItem("fetch", _("Fetch missions"), "download-outline", disabled=not robot.enabled),
-            MenuItem("delete", _("Delete"), "delete-outline", tone="fault"),
+            Option("fetch", _("Fetch missions"), "download-outline", disabled=not robot.enabled),
+            Option("delete", _("Delete"), "delete-outline", tone="fault"),
         ]
         acts: dict[str, Callable[[], object]] = {
             "check up": lambda: self.open_check_up(robot),

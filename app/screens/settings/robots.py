@@ -11,7 +11,6 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import Fleet, Robot
 from app.i18n import _
-from app.screens.common.options import MenuItem
 from app.screens.settings.check_up import CheckUp, standing_of
 from app.screens.settings.find import FindSheet
 from app.screens.settings.fleet_sheet import FleetSheet
@@ -23,6 +22,7 @@ from app.screens.settings.page import SettingsPage
 from app.screens.settings.robot_known import KnownRobotSheet, VehicleSheet
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NOT_TRUSTED, robot_items
+from app.widgets.items import Option
 
 
 class RobotsModel(EventDispatcher):
@@ -94,9 +94,9 @@ class RobotsPage(SettingsPage):
             self.open(None)
             return
         items = [
-            MenuItem("robot", _("Add robot"), "robot-outline"),
-            MenuItem("fleet", _("Add fleet"), FLEET_ICON),
-            MenuItem("find", _("Find robots"), "radar"),
+            Option("robot", _("Add robot"), "robot-outline"),
+            Option("fleet", _("Add fleet"), FLEET_ICON),
+            Option("find", _("Find robots"), "radar"),
         ]
         acts: dict[str, Callable[[], object]] = {
             "robot": lambda: self.open(None),

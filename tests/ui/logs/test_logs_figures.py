@@ -44,7 +44,13 @@ def tap_part(app, ui, chart, key) -> None:
 
 def test_figures_take_the_place_of_the_runs(screen, ui):
     assert not ui.find_all(RunsList)
-    assert [card.item.label for card in ui.find_all(FigureCard)] == ["Success", "Duration", "Missions", "In use", "On time"]
+    assert [card.item.label for card in ui.find_all(FigureCard)] == [
+        "Success",
+        "Duration",
+        "Missions",
+        "In use",
+        "On time",
+    ]
     choose_tab(screen, ui, "runs")
     assert not ui.find_all(FigureCard)
 

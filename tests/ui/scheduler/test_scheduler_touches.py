@@ -8,11 +8,11 @@ import pytest
 
 from app.domain.models import Between
 from app.i18n import translator
-from app.screens.common.options import Option
 from app.screens.scheduler.cards import FormFold, FormSheet, PlanPage
 from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import ChoiceChip, CommandButton, Segment
 from app.widgets.choices import OptionRow
+from app.widgets.items import Option
 from app.widgets.pickers import TimeCell
 from tests.ui import looks
 from tests.ui.planner import KITS, field, new, press, reveal, settle, tab
