@@ -82,6 +82,7 @@ class Chart(Widget):
 
     def __init__(self, **kwargs):
         self._trigger = Clock.create_trigger(self._redraw, -1)
+        self._seats = {}
         super().__init__(**kwargs)
         for name in ("pos", "size", *self.watch):
             self.fbind(name, self._trigger)
@@ -102,7 +103,18 @@ class Chart(Widget):
 
     def seats(self) -> list[Widget]:
         """What keys can reach on it."""
-        return []
+        return self.seats_at({})
+
+    def seats_at(self, wanted: dict) -> list[Widget]:
+        """A seat for each key of ``wanted``, (event, pos, size, is_tab_stop); the same as before where the key was there."""
+        old, self._seats = self._seats, {}
+        for key, (event, pos, size, is_tab_stop) in wanted.items():
+            seat = self._seats[key] = old.pop(key, None) or KeySeat()
+            seat.event, seat.pos, seat.size, seat.is_tab_stop = event, pos, size, is_tab_stop
+            if seat.parent is None:
+                self.add_widget(seat)
+        self.clear_widgets(list(old.values()))
+        return list(self._seats.values())
 
     def icon(self, name, x, y, colour, size=18):
         return self.text(md_icons[name], x, y, colour, size, 0.5, 0.5, "Icons")

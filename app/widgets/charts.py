@@ -3,7 +3,7 @@
 from kivy.metrics import dp
 from kivy.properties import ListProperty, NumericProperty
 
-from app.widgets.chart import Chart, KeySeat, nice_step
+from app.widgets.chart import Chart, nice_step
 from app.widgets.places import places
 from app.widgets.tokens import tk
 
@@ -21,7 +21,7 @@ class PressedChart(Chart):
     __events__ = ("on_part",)
 
     def __init__(self, **kwargs):
-        self.boxes, self._seats = [], {}
+        self.boxes = []
         super().__init__(**kwargs)
         places.watch(self)
 
@@ -44,27 +44,12 @@ class PressedChart(Chart):
     def on_touch_up(self, touch):
         part, began = touch.ud.get(self.uid, (None, touch.pos))
         if touch.grab_current is None and part and max(abs(touch.x - began[0]), abs(touch.y - began[1])) < MOVED:
-            self.pressed(part, touch)
+            self.dispatch("on_part", part[4])
             return True
         return super().on_touch_up(touch)
 
-    def pressed(self, part, touch):
-        self.dispatch("on_part", part[4])
-
-    def event_of(self, key):
-        """What keys fire there; None: they don't reach it."""
-        return "on_part", key
-
     def seats(self):
-        old, self._seats = self._seats, {}
-        for x, y, width, height, key in self.boxes:
-            if (event := self.event_of(key)) is not None:
-                seat = self._seats[event] = old.pop(event, None) or KeySeat()
-                seat.event, seat.pos, seat.size = event, (x, y), (width, height)
-                if seat.parent is None:
-                    self.add_widget(seat)
-        self.clear_widgets(list(old.values()))
-        return list(self._seats.values())
+        return self.seats_at({box[4]: (("on_part", box[4]), box[:2], box[2:4], False) for box in self.boxes})
 
 
 class StackedBars(PressedChart):

@@ -70,7 +70,6 @@ class Lanes(Chart):
         self._moved = self._may_tap = False  # a single finger that has not moved
         self._meant = None  # what is under it: an event and its values
         self._answered = -SECOND_TAP  # when a tap was
-        self._seats: dict[tuple[int, str, object], KeySeat] = {}
         self._lifted = None  # a bar under a finger, where it was, and when it would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
         self._drawing: Drawing | None = None
@@ -241,10 +240,10 @@ class Lanes(Chart):
     def seats(self) -> list[Widget]:
         """Places that keys can reach: visible bars, breaks, lines of several lanes. A lane's first bar that has not
         ended is a tab stop."""
-        drawing, wanted = self._drawing, []
+        drawing, wanted = self._drawing, {}
         if drawing is None:
-            return wanted
-        frame, old, self._seats = drawing.frame, self._seats, {}
+            return []
+        frame = drawing.frame
         folds = [
             ("on_fold", start, (self.left_of(start), self.left_of(end)))
             for start, end, _, kind in self.bands
@@ -261,18 +260,11 @@ class Lanes(Chart):
             ahead = self.left_of(self.now)
             for event, key, (left, right) in found:
                 left, right = max(left, frame.left if event != "on_lane" else frame.x), min(right, frame.right)
-                if left < right and (n, event, key) not in self._seats:
-                    seat = old.pop((n, event, key), None) or KeySeat()
-                    seat.pos, seat.size = (left, bottom), (right - left, frame.bar_height)
-                    seat.is_tab_stop = right > ahead and event != "on_fold"
-                    ahead = math.inf if seat.is_tab_stop else ahead
-                    seat.event = event, key
-                    self._seats[n, event, key] = seat
-        self.clear_widgets(list(old.values()))
-        for seat in self._seats.values():
-            if seat.parent is None:
-                self.add_widget(seat)
-        return list(self._seats.values())
+                if left < right and (n, event, key) not in wanted:
+                    is_stop = right > ahead and event != "on_fold"
+                    ahead = math.inf if is_stop else ahead
+                    wanted[n, event, key] = (event, key), (left, bottom), (right - left, frame.bar_height), is_stop
+        return self.seats_at(wanted)
 
     def spot_of(self, lane, hour, size) -> tuple[float, float]:
         """Where something of that size stands in the lane of that key, at an hour."""

@@ -177,7 +177,7 @@ class Rows(MDBoxLayout):
     """One ``viewclass`` per row of ``data`` in a box, for few rows. The view of a removed row is reused for a new one: building another
     would take 10 ms and leave garbage."""
 
-    viewclass = StringProperty()
+    viewclass = StringProperty("ListRow")
     data = ListProperty()
     host = ObjectProperty(None, allownone=True)
 
@@ -201,8 +201,6 @@ class Rows(MDBoxLayout):
         return super().on_touch_down(touch)
 
     def _build(self, *_):
-        if not self.viewclass:
-            return
         rows = {
             getattr(data, "key", n): data for n, data in enumerate(self.standing.in_order(self.data, list(self._views)))
         }

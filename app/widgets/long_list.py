@@ -46,7 +46,7 @@ class LongList(CalmScroll):
     page).
     """
 
-    viewclass = StringProperty()
+    viewclass = StringProperty("ListRow")
     data = ListProperty()
     order = ObjectProperty(None, allownone=True)  # another one where somebody has asked for another order
     spacing = NumericProperty(0)
@@ -214,7 +214,7 @@ class LongList(CalmScroll):
         return self._heights.get(key, self.row_height)
 
     def _place_rows(self, _dt):
-        if self.width < 2 or not self.viewclass:
+        if self.width < 2:
             return
         if self.width != self._width:  # other line breaks, other heights
             self._width = self.width

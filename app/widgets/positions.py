@@ -10,7 +10,6 @@ from kivy.properties import AliasProperty, BooleanProperty, ListProperty, Object
 
 from app.widgets import load_kv
 from app.widgets.buttons import CommandButton
-from app.widgets.chart import KeySeat
 from app.widgets.choices import Picker
 from app.widgets.places import places
 from app.widgets.robot_map import WholeMap, ground, touch_each_other
@@ -40,7 +39,6 @@ class PositionsMap(WholeMap):
     stands = True
 
     def __init__(self, **kwargs):
-        self._seats = {}
         super().__init__(**kwargs)
         places.watch(self)
 
@@ -49,15 +47,11 @@ class PositionsMap(WholeMap):
 
     def seats(self):
         """The positions, with a ring that covers no name; the chosen one, or else the first, is a tab stop."""
-        old, self._seats = self._seats, {}
-        for place in self.places:
-            seat = self._seats[place.key] = old.pop(place.key, None) or KeySeat(size=(dp(18), dp(18)))
-            seat.center, seat.event = self._point(place.x, place.y), ("on_spot", place.key)
-            seat.is_tab_stop = place.key == (self.places[0].key if self.chosen is None else self.chosen)
-            if seat.parent is None:
-                self.add_widget(seat)
-        self.clear_widgets(list(old.values()))
-        return list(self._seats.values())
+        stop = self.chosen if self.chosen is not None or not self.places else self.places[0].key
+        points = {place.key: self._around(*self._point(place.x, place.y), dp(9)) for place in self.places}
+        return self.seats_at(
+            {key: (("on_spot", key), edges[:2], (dp(18), dp(18)), key == stop) for key, edges in points.items()}
+        )
 
     def on_touch_down(self, touch):
         if places.misses(self, touch):
