@@ -66,9 +66,9 @@ def test_the_ring_goes_from_a_row_of_a_long_list_into_its_menu(ui, keys, key):
     menu.open()
     ui.advance(0.5)
     ui.key(key)
-    assert keys.target.text == "Edit"
+    assert keys.target.item.text == "Edit"
     ui.key(key)
-    assert keys.target.text == "Delete"
+    assert keys.target.item.text == "Delete"
     menu.dismiss()
     ui.advance(0.5)
     ui.key(key)
@@ -263,7 +263,7 @@ def test_enter_confirms_the_day_that_is_chosen_and_arrows_begin_at_it(ui, keys):
     picker = dialogs.pick_date("Day", date(2026, 11, 20), picked.append, today=date(2026, 11, 18))
     ui.advance(0.5)
     ui.key(DOWN)
-    assert keys.target.day == date(2026, 11, 20)
+    assert keys.target.item.day == date(2026, 11, 20)
     ui.key(DOWN)
     ui.key(ENTER)
     ui.advance(0.3)
