@@ -19,6 +19,7 @@ from kivymd.uix.chip import MDChip
 from kivymd.uix.selectioncontrol import MDSwitch
 
 from app.widgets.chart import WorkingRing
+from app.widgets.events import Fires
 from app.widgets.surfaces import CLEAR, OnlySeen, Passive, Tap, Toned
 from app.widgets.text import BodyStrong, Ico
 from app.widgets.tokens import late_color, tk
@@ -229,16 +230,13 @@ class Segment(Tap):
     selected = BooleanProperty(False)
 
 
-class Toggle(Tap):
+class Toggle(Fires, Tap):
     """On or off; the tick says "on" without colour. A tap fires ``on_switch(wanted)``; ``active`` is set once a service has
     accepted it."""
 
     active = BooleanProperty(False)
 
     __events__ = ("on_switch",)
-
-    def on_switch(self, wanted):
-        """The operator wants it on (True) or off."""
 
     def on_release(self):
         self.dispatch("on_switch", not self.active)
@@ -255,7 +253,7 @@ class SwitchFace(Passive, MDSwitch):
     set_icon = on_active
 
 
-class Segments(BoxLayout):
+class Segments(Fires, BoxLayout):
     """A row of connected segments, one of them ``selected`` by its key, or ``several`` (a list): ``options`` = [(key, label), …]. A tap
     fires ``on_choose(key)``."""
 
@@ -271,9 +269,6 @@ class Segments(BoxLayout):
         for name in ("selected", "several", "height"):
             self.fbind(name, self._mark)
         self._build()
-
-    def on_choose(self, key):
-        """A segment was tapped; ``selected`` already shows it."""
 
     def _build(self, *_):
         """New labels for the same keys go into the existing segments: a finger may be on one of them."""

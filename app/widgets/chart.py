@@ -16,6 +16,7 @@ from kivy.uix.widget import Widget
 from kivymd.icon_definitions import md_icons
 from kivymd.uix.progressindicator import MDCircularProgressIndicator, MDLinearProgressIndicator
 
+from app.widgets.events import Fires
 from app.widgets.shapes import hatch_texture, rounded
 from app.widgets.tokens import tk
 
@@ -74,7 +75,7 @@ class KeySeat(ButtonBehavior, Widget):
         self.parent.dispatch(*self.event)
 
 
-class Chart(Widget):
+class Chart(Fires, Widget):
     """One redraw trigger for the properties in ``watch``; drawing helpers in window px, text sizes in sp."""
 
     watch: tuple[str, ...] = ()

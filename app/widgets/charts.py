@@ -25,9 +25,6 @@ class PressedChart(Chart):
         super().__init__(**kwargs)
         places.watch(self)
 
-    def on_part(self, key):
-        """A part was tapped."""
-
     def part_at(self, x, y):
         """The box there, or None."""
         return next(

@@ -23,9 +23,6 @@ class Picker(Sheet):
 
     __events__ = ("on_pick",)
 
-    def on_pick(self, value):
-        """That was chosen."""
-
 
 class OptionRow(ListRow):
     """An option; a tap chooses it."""

@@ -6,6 +6,7 @@ from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.chart import Chart
+from app.widgets.events import Fires
 from app.widgets.lanes_bars import paint_look
 from app.widgets.lanes_frame import colours
 from app.widgets.surfaces import OnlySeen, Passive, TonedSurface
@@ -30,7 +31,7 @@ class RowsCard(SectionCard):
     """With rows up to its edges, which don't stick out of its round corners."""
 
 
-class EmptyState(BoxLayout):
+class EmptyState(Fires, BoxLayout):
     """Says what is missing, with a button that leads on: ``on_release``. Without ``action`` there is no button. Without
     enough room it scrolls."""
 
@@ -41,9 +42,6 @@ class EmptyState(BoxLayout):
     action_icon = StringProperty()
 
     __events__ = ("on_release",)
-
-    def on_release(self):
-        """The button was pressed."""
 
 
 class Fact(BoxLayout):

@@ -24,6 +24,7 @@ from kivymd.uix.textfield import MDTextField
 from app.domain import writing
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
+from app.widgets.events import Fires
 from app.widgets.places import places
 from app.widgets.scrolling import page_around, turn_to
 from app.widgets.slots import PartSlot
@@ -155,7 +156,7 @@ class FieldHelp(PartSlot):
             turn_to(first)  # as that may be higher than the page
 
 
-class Field(BoxLayout):
+class Field(Fires, BoxLayout):
     """A field of a form, with its label on the outline; ``problem`` is one sentence that replaces the ``help`` and turns the outline red.
 
     ``kind``: text, url, count (a whole number from 0), int and decimal are typed; any text can be, as it is checked when it is saved. A
@@ -218,15 +219,6 @@ class Field(BoxLayout):
     @property
     def input_type(self) -> str:
         return "number" if self.kind == "step" else KINDS[self.kind][0]
-
-    def on_commit(self, value):
-        """The text or number was changed and the field was left."""
-
-    def on_enter(self):
-        """Enter was pressed; ``on_commit`` fired before it if there was a change."""
-
-    def on_release(self):
-        """A pick was tapped."""
 
     def show(self, text: str) -> None:
         """Set the text without ``on_commit``."""
@@ -336,7 +328,7 @@ class PickBox(Tap):
     faulty = BooleanProperty(False)
 
 
-class RepeatButton(CommandButton):
+class RepeatButton(Fires, CommandButton):
     """Fires ``on_step`` when tapped and, while held, ten times a second."""
 
     __events__ = ("on_step",)
@@ -345,9 +337,6 @@ class RepeatButton(CommandButton):
         self._first = Clock.create_trigger(self._start_repeating, 0.5)
         self._again = Clock.create_trigger(self._step, 0.1, interval=True)
         super().__init__(**kwargs)
-
-    def on_step(self):
-        """Tapped, or held."""
 
     @property
     def keeps_drag(self) -> bool:

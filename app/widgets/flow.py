@@ -10,6 +10,7 @@ from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet
+from app.widgets.events import Fires
 from app.widgets.fields import Field
 from app.widgets.items import Option
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
@@ -19,7 +20,7 @@ from app.widgets.sheet import sheet_around
 FINE = 50  # with up to this many numbers a step is 1, with more 5
 
 
-class ChipFlow(StackLayout):
+class ChipFlow(Fires, StackLayout):
     """``data`` have ``key``, ``text``, ``icon`` with its ``tone``, and ``selected``; a tap fires ``on_choose(key)``. As high as its
     rows; ``whole_width`` px would be one row."""
 
@@ -38,9 +39,6 @@ class ChipFlow(StackLayout):
     def _limit(self, *_):
         for chip in self._chips.values():
             chip.limit = self.width
-
-    def on_choose(self, key):
-        """A chip was tapped."""
 
     def _build(self, *_):
         if [option.key for option in self.data] != list(self._chips):
@@ -100,7 +98,7 @@ class PositionRow(BoxLayout):
 CHOICES = {"choice": ChoiceRow, "list": ChoiceField, "position": PositionRow}
 
 
-class ParameterFields(BoxLayout):
+class ParameterFields(Fires, BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, count, steps, decimal, choice,
     list, position), ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to);
     ``problems`` is one sentence by name where something can't be used; ``map`` has positions. ``values()`` are the
@@ -168,9 +166,6 @@ class ParameterFields(BoxLayout):
         for view in self._views.values():
             if isinstance(view, PositionRow):
                 view.map = self.map
-
-    def on_entered(self, values):
-        """One of them was changed."""
 
     def _entered(self, view, _value):
         view.problem = ""  # of what was there before

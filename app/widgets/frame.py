@@ -23,6 +23,7 @@ from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets import finger
 from app.widgets.dock import dock
+from app.widgets.events import Fires
 from app.widgets.rest import BY_ITSELF, from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
@@ -30,7 +31,7 @@ STILL = 1.5  # s without a touch, after which no hand is at work
 SETTLES = 0.5  # s after another banner has come, in which a touch was meant for what was there before
 
 
-class TopBar(MDTopAppBar):
+class TopBar(Fires, MDTopAppBar):
     """The tabs of the present screen, or its title if it has none; the time; and the bell, which keeps its place. With
     ``can_go_back`` an arrow is in front of the tabs. ``on_choose_tab(key)``, ``on_back``, ``on_list_alarms`` are taps.
     """
@@ -58,17 +59,8 @@ class TopBar(MDTopAppBar):
         """At once: KivyMD puts title and buttons in their places a frame later."""
         return BoxLayout.add_widget(self, widget, *args, **kwargs)
 
-    def on_choose_tab(self, key):
-        """Another tab was tapped."""
 
-    def on_back(self):
-        """The arrow was tapped."""
-
-    def on_list_alarms(self):
-        """The bell was tapped."""
-
-
-class Banner(TonedSurface):
+class Banner(Fires, TonedSurface):
     """A strip below the top bar: one line, and one button (``on_solve``). Without a text it keeps its place as long as it ``has_room``."""
 
     icon = StringProperty()
@@ -77,9 +69,6 @@ class Banner(TonedSurface):
     has_room = BooleanProperty(True)
 
     __events__ = ("on_solve",)
-
-    def on_solve(self):
-        """The button was pressed."""
 
 
 class NavIndicator(Surface):
@@ -166,7 +155,7 @@ class Screens(MDScreenManager):
         self.transition = Cut()  # the former one holds on to the screens that it has changed
 
 
-class Frame(Surface):
+class Frame(Fires, Surface):
     """The window's content: the bars ``ids.nav`` and ``ids.bar``, and screens, which go into the body. The present ``screen`` says which
     tabs are in the top bar. ``banner`` has text, icon, tone, action, act and about.
 
@@ -244,12 +233,6 @@ class Frame(Surface):
         """By a key too, and by a finger that was put down before."""
         if Clock.get_time() >= self._rests_until:
             self.dispatch("on_solve")
-
-    def on_go(self, name):
-        """A screen of the rail was tapped."""
-
-    def on_solve(self):
-        """The button of the banner was pressed."""
 
     def add_widget(self, widget, *args, **kwargs):
         holder = self.ids.body if isinstance(widget, MDScreen) else super()

@@ -81,24 +81,6 @@ class Lanes(Chart):
         for name in ("seen_from", "seen_height"):
             self.fbind(name, self._scrolled)
 
-    def on_bar(self, key, *below):
-        """A bar was tapped; those under it there."""
-
-    def on_window(self, first, hours):
-        """Fingers have chosen another part of time."""
-
-    def on_fold(self, hour):
-        """Closed time was tapped where no bar is."""
-
-    def on_free(self, lane, hour):
-        """Free time in the lane of that key was tapped."""
-
-    def on_moved(self, key, hour):
-        """A bar was dragged to begin at that hour."""
-
-    def on_lane(self, key):
-        """A lane that stands for others was tapped."""
-
     def on_lanes(self, *_):
         self.wanted_height = dp(AXIS) + len(self.lanes) * dp(LEAST_LANE)
 

@@ -19,6 +19,7 @@ from kivy.properties import (
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
+from app.widgets.events import Fires
 from app.widgets.places import places
 
 STILL = 1.0  # s a row has to stand where it is
@@ -173,7 +174,7 @@ class RowPress:
         self.parent.row.act(self._pressed or self.name, self)
 
 
-class Rows(MDBoxLayout):
+class Rows(Fires, MDBoxLayout):
     """One ``viewclass`` per row of ``data`` in a box, for few rows. The view of a removed row is reused for a new one: building another
     would take 10 ms and leave garbage."""
 
@@ -191,9 +192,6 @@ class Rows(MDBoxLayout):
         for name in ("data", "viewclass"):
             self.fbind(name, self._build)
         self._build()
-
-    def on_action(self, key, action, *values):
-        """A row was used."""
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):

@@ -17,6 +17,7 @@ from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.relativelayout import RelativeLayout
 
+from app.widgets.events import Fires
 from app.widgets.lists import Standing
 from app.widgets.places import places
 from app.widgets.scrolling import CalmScroll
@@ -37,7 +38,7 @@ class Seat(RelativeLayout):
         self.size = self.view.size
 
 
-class LongList(CalmScroll):
+class LongList(Fires, CalmScroll):
     """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``Row`` and set their own height.
 
     At rest its upper edge is that of a row; a partly visible row at its lower edge shows that there is more.
@@ -85,12 +86,6 @@ class LongList(CalmScroll):
         self.fbind("order", self._ordered)
         self.fbind("scroll_y", self._scrolled)
         self._changed()
-
-    def on_action(self, key, action, *values):
-        """A row was used."""
-
-    def on_end(self):
-        """The end of the rows is near."""
 
     def show(self, key) -> None:
         """Scroll until the row of ``key`` is at the top, as far as the list goes."""

@@ -7,6 +7,7 @@ from kivy.uix.widget import Widget
 from kivymd.uix.behaviors import MotionDialogBehavior
 from kivymd.uix.dialog import MDDialog
 
+from app.widgets.events import Fires
 from app.widgets.lists import Row
 from app.widgets.rest import rest
 from app.widgets.snackbar import SnackbarStack
@@ -34,7 +35,7 @@ class MenuRow(Row, TonedTap):
         self.act("choose")
 
 
-class Menu(MDDialog, Still):
+class Menu(Fires, MDDialog, Still):
     """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge
     on: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``,
     and ``text`` under it, it is a card about the ``anchor``, with a ``tip`` (px of the window) that points at it from below
@@ -82,9 +83,6 @@ class Menu(MDDialog, Still):
             rest.let_go()
             if _open_menus() == open_before[1:]:  # what is behind it can be reached now
                 rest.after_closing()
-
-    def on_choose(self, key):
-        """A command was tapped; the menu is closing."""
 
     def chosen(self, key) -> None:
         self.dispatch("on_choose", key)

@@ -8,6 +8,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import Chart
+from app.widgets.events import Fires
 from app.widgets.items import Day
 from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
@@ -62,7 +63,7 @@ class MonthDay(Tap):
     item = ObjectProperty(Day(), rebind=True)
 
 
-class MonthGrid(BoxLayout):
+class MonthGrid(Fires, BoxLayout):
     """``days`` are Days in weeks of seven, ``weekdays`` the seven short names. ``on_day(day)``, ``on_turn(months)``."""
 
     title = StringProperty()
@@ -81,12 +82,6 @@ class MonthGrid(BoxLayout):
         self.ids.names.clear_widgets()
         for name in self.weekdays:
             self.ids.names.add_widget(Factory.WeekdayName(text=name))
-
-    def on_day(self, day):
-        """A day was tapped."""
-
-    def on_turn(self, months):
-        """The month ``months`` later is wanted (earlier: negative)."""
 
     def _show(self, *_):
         grid = self.ids.days

@@ -4,6 +4,7 @@ from kivy.properties import BooleanProperty
 from kivy.uix.gridlayout import GridLayout
 
 from app.widgets.buttons import CommandButton
+from app.widgets.events import Fires
 
 BACKSPACE, DONE = "backspace", "done"
 ICONS = {BACKSPACE: "backspace-outline", DONE: "check"}
@@ -13,7 +14,7 @@ class PadKey(CommandButton):
     """One key, at least 64 dp."""
 
 
-class NumberPad(GridLayout):
+class NumberPad(Fires, GridLayout):
     """Fires ``on_digit(digit)``, ``on_backspace`` and ``on_done``."""
 
     KEYS = (*"123456789", BACKSPACE, "0", DONE)
@@ -32,15 +33,6 @@ class NumberPad(GridLayout):
         button = PadKey(icon=ICONS[key]) if key in ICONS else PadKey(text=key)
         button.bind(on_release=lambda _button: self._pressed(key))
         return button
-
-    def on_digit(self, digit):
-        """A digit was pressed."""
-
-    def on_backspace(self):
-        """Remove the last digit."""
-
-    def on_done(self):
-        """The done key was pressed."""
 
     def _light(self, *_):
         for button in self.children:

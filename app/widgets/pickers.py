@@ -11,6 +11,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from kivy.uix.gridlayout import GridLayout
 
 from app.widgets.choices import Picker
+from app.widgets.events import Fires
 from app.widgets.items import Day
 from app.widgets.month import MonthDay
 from app.widgets.rest import rest
@@ -29,7 +30,7 @@ class TimeCell(Tap):
     selected = BooleanProperty(False)
 
 
-class TimeCells(GridLayout):
+class TimeCells(Fires, GridLayout):
     """A cell for each of ``numbers``, the ``chosen`` one marked: ``on_choose(number)``. ``word(number)`` is on it."""
 
     numbers = ListProperty()
@@ -41,9 +42,6 @@ class TimeCells(GridLayout):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self.fbind("chosen", self._mark)
-
-    def on_choose(self, number):
-        """A cell was tapped."""
 
     def on_numbers(self, *_):
         for number in self.numbers:

@@ -42,9 +42,6 @@ class PositionsMap(WholeMap):
         super().__init__(**kwargs)
         places.watch(self)
 
-    def on_spot(self, key):
-        """By keys."""
-
     def seats(self):
         """The positions, with a ring that covers no name; the chosen one, or else the first, is a tab stop."""
         stop = self.chosen if self.chosen is not None or not self.places else self.places[0].key

@@ -8,6 +8,7 @@ from kivy.uix.floatlayout import FloatLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.dock import dock, is_low, is_tall
+from app.widgets.events import Fires
 from app.widgets.menu import ESCAPE
 from app.widgets.rest import DOUBLE_TAP, rest
 from app.widgets.scrolling import ScrollPage
@@ -32,7 +33,7 @@ class SheetPage(ScrollPage):
     """The body of a sheet, which scrolls."""
 
 
-class Sheet(Passive, MDCard):
+class Sheet(Fires, Passive, MDCard):
     """Title, body, and at most one filled button at its ``foot``. Children are its body: they scroll, unless it ``scrolls`` not, as with a
     list of its own.
 
@@ -122,15 +123,6 @@ class Sheet(Passive, MDCard):
         """A page of it has opened or closed, and its foot means something else: a late tap presses nothing."""
         if self.parent is not None:
             self._rest_foot()
-
-    def on_done(self):
-        """The button at the foot."""
-
-    def on_other(self):
-        """The button next to it."""
-
-    def on_dots(self, button):
-        """The dots; a menu hangs on the button."""
 
     def on_back(self):
         """The arrow in front of the title."""

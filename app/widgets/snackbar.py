@@ -10,6 +10,7 @@ from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty, St
 from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
+from app.widgets.events import Fires
 from app.widgets.rest import rest
 from app.widgets.surfaces import OnlySeen, Passive
 from app.widgets.text import line_width
@@ -61,7 +62,7 @@ class Message:
             self._timer, self.left = None, max(0.0, self.left - (Clock.get_time() - self._since))
 
 
-class Snackbar(OnlySeen, Passive, MDSnackbar):
+class Snackbar(Fires, OnlySeen, Passive, MDSnackbar):
     """One message on screen; only its button takes touches. When it is shown, and for how long, is up to ``Snackbars``."""
 
     text = StringProperty()
@@ -78,9 +79,6 @@ class Snackbar(OnlySeen, Passive, MDSnackbar):
 
     def on_text(self, *_):
         self.words = line_width(self.text, "Roboto", sp(16))
-
-    def on_action(self):
-        """The button was pressed."""
 
 
 class SnackbarStack(BoxLayout):

@@ -4,6 +4,7 @@ from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.widgets.events import Fires
 from app.widgets.items import Tab
 from app.widgets.surfaces import TonedTap
 from app.widgets.text import line_width
@@ -27,7 +28,7 @@ class TabButton(TonedTap):
         return around + count + line_width(self.tab.text, "RobotoMedium", sp(18))
 
 
-class Tabs(BoxLayout):
+class Tabs(Fires, BoxLayout):
     """``tabs`` are ``Tab``s, ``selected`` is the key of the chosen one; a tap on another one fires ``on_choose(key)``.
 
     They are as wide as their words, or with ``fill`` share the width. Without enough room the longest wrap. ``used`` is the width in px
@@ -49,9 +50,6 @@ class Tabs(BoxLayout):
             self.fbind(name, self._share)
         tk.follow(self._share)
         self._build()
-
-    def on_choose(self, key):
-        """A tab was tapped that was not chosen."""
 
     def _pressed(self, button):
         if button.tab.key != self.selected:

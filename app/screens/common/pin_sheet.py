@@ -31,9 +31,6 @@ class PinSheet(Sheet):
         load_kv("common/pin")
         super().__init__(**kwargs)
 
-    def on_entered(self, pin: str) -> None:
-        """All digits are entered."""
-
     def on_pin(self, *_args: Any) -> None:
         self.ready = len(self.pin) >= SHORTEST
 

@@ -85,6 +85,7 @@ from app.i18n import translator
 from app.screens.common.overlays import Dialogs
 from app.screens.common.threads import Background, Changed, Job, UiBus
 from app.widgets.dock import dock, is_low, is_tall
+from app.widgets.events import Fires
 from app.widgets.rest import rest
 from app.widgets.snackbar import Snackbars
 
@@ -255,7 +256,7 @@ class ScreenBase(MDScreen):
         self.tall, self.low = is_tall(*Window.size), is_low(Window.height)
 
 
-class Navigator(EventDispatcher):
+class Navigator(Fires, EventDispatcher):
     """Shows one screen at a time in ``manager``, built on its first visit by ``builders[name]()``.
 
     Going to the present screen shows it again with the new intent.
@@ -328,9 +329,6 @@ class Navigator(EventDispatcher):
     def _clear(self) -> None:
         self._hide()
         self._manager.clear_widgets()
-
-    def on_hide(self) -> None:
-        """The present screen is about to be left."""
 
     def _hide(self) -> None:
         if self._shown is not None:

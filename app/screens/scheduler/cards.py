@@ -13,6 +13,7 @@ from app.screens.scheduler.form_view import FormView
 from app.widgets import flow, lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
+from app.widgets.events import Fires
 from app.widgets.items import Item
 from app.widgets.lists import Row
 from app.widgets.scrolling import CalmScroll, top_of_page, turn_to
@@ -106,15 +107,12 @@ class RemedyButton(CommandButton):
     """One of those buttons."""
 
 
-class RemedyButtons(BoxLayout):
+class RemedyButtons(Fires, BoxLayout):
     """A button for each of the ``remedies``: ``on_choose(key)``."""
 
     remedies = ListProperty()
 
     __events__ = ("on_choose",)
-
-    def on_choose(self, key: object) -> None:
-        """A button was pressed."""
 
     def on_remedies(self, *_: object) -> None:
         self.clear_widgets()
@@ -140,7 +138,7 @@ class StartLine(Row, BoxLayout):
     """One of the next starts."""
 
 
-class StepLine(BoxLayout):
+class StepLine(Fires, BoxLayout):
     """A value between minus and plus: ``on_step(direction)``."""
 
     label = StringProperty()
@@ -148,11 +146,8 @@ class StepLine(BoxLayout):
 
     __events__ = ("on_step",)
 
-    def on_step(self, direction: int) -> None:
-        """A button was pressed, or is held."""
 
-
-class SwitchLine(BoxLayout):
+class SwitchLine(Fires, BoxLayout):
     """A text, what it means, and a switch: ``on_switch(wanted)``."""
 
     text = StringProperty()
@@ -160,6 +155,3 @@ class SwitchLine(BoxLayout):
     active = BooleanProperty(False)
 
     __events__ = ("on_switch",)
-
-    def on_switch(self, wanted: bool) -> None:
-        """It was tapped."""

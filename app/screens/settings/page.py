@@ -23,6 +23,7 @@ from app.screens.common.threads import Job
 from app.screens.settings.facts import SettingsFacts, SettingsServices
 from app.screens.settings.view import NoticeView
 from app.widgets.display import Notice
+from app.widgets.events import Fires
 from app.widgets.slots import PartSlot
 
 if TYPE_CHECKING:
@@ -266,7 +267,7 @@ class ValuesPage(SettingsPage):
         self.problems[name] = sentence_of(problem)
 
 
-class SwitchRow(BoxLayout):
+class SwitchRow(Fires, BoxLayout):
     """A label, a note and a switch that shows what is saved: ``on_switch(wanted)``."""
 
     text = StringProperty()
@@ -274,9 +275,6 @@ class SwitchRow(BoxLayout):
     active = BooleanProperty(False)
 
     __events__ = ("on_switch",)
-
-    def on_switch(self, wanted: bool) -> None:
-        """The switch was tapped."""
 
 
 class Outcome(PartSlot):

@@ -33,6 +33,7 @@ from app.screens.settings.view import answers, section_items, section_names
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.display import RowsCard
+from app.widgets.events import Fires
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tabs import Tab
 
@@ -71,7 +72,7 @@ KV = (
 )
 
 
-class SettingsViewModel(ViewModel):
+class SettingsViewModel(Fires, ViewModel):
     """Which section is open, and the facts that all of them show."""
 
     sections = ListProperty()
@@ -90,9 +91,6 @@ class SettingsViewModel(ViewModel):
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._refresher.request)
         self.has_facts = False  # nothing is shown before the first reading: defaults would look like settings
         self._waiting: list[Callable[[], object]] = []  # for the first facts of this visit
-
-    def on_facts(self) -> None:
-        """New facts, or a second has passed."""
 
     # ------------------------------------------------------------------ reading
     def opened(self, *_args: Any, **_intent: Any) -> None:
