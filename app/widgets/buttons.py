@@ -263,14 +263,7 @@ class Segments(Fires, BoxLayout):
 
     __events__ = ("on_choose",)
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("options", self._build)
-        for name in ("selected", "several", "height"):
-            self.fbind(name, self._mark)
-        self._build()
-
-    def _build(self, *_):
+    def on_options(self, *_):
         """New labels for the same keys go into the existing segments: a finger may be on one of them."""
         if [segment.key for segment in reversed(self.children)] != [key for key, _label in self.options]:
             self.clear_widgets()
@@ -280,9 +273,9 @@ class Segments(Fires, BoxLayout):
                 self.add_widget(segment)
         for segment, (_key, label) in zip(reversed(self.children), self.options, strict=True):
             segment.text = label
-        self._mark()
+        self.on_selected()
 
-    def _mark(self, *_):
+    def on_selected(self, *_):
         """What is selected is round, which tells it without colour; of one choice, the outer corners are round, too."""
         end, last = self.height / 2, len(self.children) - 1
         for n, segment in enumerate(reversed(self.children)):
@@ -292,6 +285,8 @@ class Segments(Fires, BoxLayout):
                 for edge in (0, last)
             )
             segment.radius = [left, right, right, left]
+
+    on_several = on_height = on_selected
 
     def _tapped(self, segment):
         if self.several:

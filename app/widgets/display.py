@@ -88,12 +88,7 @@ class LegendItems(StackLayout):
 
     items = ListProperty()
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("items", self._build)
-        self._build()
-
-    def _build(self, *_):
+    def on_items(self, *_):
         self.clear_widgets()
         for item in self.items:
             self.add_widget(LegendItem(kind=item.kind, text=item.text))

@@ -29,18 +29,13 @@ class ChipFlow(Fires, StackLayout):
 
     __events__ = ("on_choose",)
 
-    def __init__(self, **kwargs):
-        self._chips: dict[object, ChoiceChip] = {}
-        super().__init__(**kwargs)
-        self.fbind("data", self._build)
-        self.fbind("width", self._limit)
-        self._build()
+    _chips: Mapping[object, ChoiceChip] = {}  # by key
 
-    def _limit(self, *_):
+    def on_width(self, *_):
         for chip in self._chips.values():
             chip.limit = self.width
 
-    def _build(self, *_):
+    def on_data(self, *_):
         if [option.key for option in self.data] != list(self._chips):
             for chip in self.children:
                 rest.after_pressing(chip)
@@ -114,17 +109,9 @@ class ParameterFields(Fires, BoxLayout):
 
     __events__ = ("on_entered",)
 
-    def __init__(self, **kwargs):
-        self._views: dict[str, Field | ChoiceRow | PositionRow] = {}
-        super().__init__(**kwargs)
-        self.fbind("fields", self._build)
-        self.fbind("problems", self._show_problems)
-        self.fbind("map", self._show_map)
-        for name in ("choose_first", "enter_first"):
-            self.fbind(name, self._look_for_empty)
-        self._build()
+    _views: Mapping[str, Field | ChoiceRow | PositionRow] = {}  # by the name of the field
 
-    def _build(self, *_):
+    def on_fields(self, *_):
         """If one of them has the focus, its successor gets it."""
         typing = next((name for name, view in self._views.items() if getattr(view, "focus", False)), None)
         self.clear_widgets()
@@ -157,22 +144,22 @@ class ParameterFields(Fires, BoxLayout):
             view.fbind("chosen" if field.kind in CHOICES else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
-        self._show_map()
-        self._look_for_empty()
+        self.on_map()
+        self.on_choose_first()
         if hasattr(self._views.get(typing), "focus"):
             self._views[typing].focus = True
 
-    def _show_map(self, *_):
+    def on_map(self, *_):
         for view in self._views.values():
             if isinstance(view, PositionRow):
                 view.map = self.map
 
     def _entered(self, view, _value):
         view.problem = ""  # of what was there before
-        self._look_for_empty()
+        self.on_choose_first()
         self.dispatch("on_entered", self.values())
 
-    def _look_for_empty(self, *_):
+    def on_choose_first(self, *_):
         values = self.values()
         empty = next(
             (
@@ -188,10 +175,12 @@ class ParameterFields(Fires, BoxLayout):
             else (self.choose_first if empty.kind in CHOICES else self.enter_first).format(field=empty.label)
         )
 
+    on_enter_first = on_choose_first
+
     def values(self) -> Mapping[str, Any]:
         """Name -> entered value: typed text, or the value of the choice."""
         return {name: view.chosen if hasattr(view, "chosen") else view.text for name, view in self._views.items()}
 
-    def _show_problems(self, *_):
+    def on_problems(self, *_):
         for name, view in self._views.items():
             view.problem = self.problems.get(name, "")

@@ -101,17 +101,11 @@ class NavBar(MDNavigationBar):
     current = StringProperty()
     upright = BooleanProperty(False)
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("items", self._build)
-        self.fbind("current", self._mark)
-        self._build()
-
     def set_active_item(self, item):
         """A tap. KivyMD marks the tapped item; here the navigator decides which is marked."""
         self.dispatch("on_switch_tabs", item, item.icon, item.text)
 
-    def _build(self, *_):
+    def on_items(self, *_):
         """New labels for the same screens go into the existing items: a finger may be on one of them."""
         if [item.name for item in reversed(self.children)] != [name for name, *_rest in self.items]:
             self.clear_widgets()
@@ -119,9 +113,9 @@ class NavBar(MDNavigationBar):
                 self.add_widget(NavItem(name=name))
         for item, (_name, label, icon, icon_selected) in zip(reversed(self.children), self.items, strict=True):
             item.text, item.icon, item.icon_selected = label, icon, icon_selected
-        self._mark()
+        self.on_current()
 
-    def _mark(self, *_):
+    def on_current(self, *_):
         for item in self.children:
             item.active = item.name == self.current
 

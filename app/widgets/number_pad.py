@@ -26,15 +26,14 @@ class NumberPad(Fires, GridLayout):
         super().__init__(cols=3, **kwargs)
         for key in self.KEYS:
             self.add_widget(self._key(key))
-        self.fbind("ready", self._light)
-        self._light()
+        self.on_ready()
 
     def _key(self, key):
         button = PadKey(icon=ICONS[key]) if key in ICONS else PadKey(text=key)
         button.bind(on_release=lambda _button: self._pressed(key))
         return button
 
-    def _light(self, *_):
+    def on_ready(self, *_):
         for button in self.children:
             if getattr(button, "icon", "") == ICONS[DONE]:
                 button.style, button.disabled = ("filled", False) if self.ready else ("outlined", True)

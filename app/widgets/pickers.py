@@ -39,18 +39,14 @@ class TimeCells(Fires, GridLayout):
 
     __events__ = ("on_choose",)
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("chosen", self._mark)
-
     def on_numbers(self, *_):
         for number in self.numbers:
             cell = TimeCell(number=number, text=self.word(number))
             cell.bind(on_release=lambda cell: self.dispatch("on_choose", int(cell.number)))
             self.add_widget(cell)
-        self._mark()
+        self.on_chosen()
 
-    def _mark(self, *_):
+    def on_chosen(self, *_):
         for cell in self.children:
             cell.selected = cell.number == self.chosen
 

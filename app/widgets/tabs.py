@@ -44,18 +44,13 @@ class Tabs(Fires, BoxLayout):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.fbind("tabs", self._build)
-        self.fbind("selected", self._mark)
-        for name in ("width", "spacing", "fill"):
-            self.fbind(name, self._share)
-        tk.follow(self._share)
-        self._build()
+        tk.follow(self.on_width)
 
     def _pressed(self, button):
         if button.tab.key != self.selected:
             self.dispatch("on_choose", button.tab.key)
 
-    def _build(self, *_):
+    def on_tabs(self, *_):
         """New words of the same tabs go into the existing buttons: a finger may be on one of them."""
         if [button.tab.key for button in reversed(self.children)] != [tab.key for tab in self.tabs]:
             self.clear_widgets()
@@ -63,14 +58,14 @@ class Tabs(Fires, BoxLayout):
                 self.add_widget(TabButton(on_release=self._pressed))
         for button, tab in zip(reversed(self.children), self.tabs, strict=True):
             button.tab = tab
-        self._mark()
-        self._share()
+        self.on_selected()
+        self.on_width()
 
-    def _mark(self, *_):
+    def on_selected(self, *_):
         for button in self.children:
             button.active = button.tab.key == self.selected
 
-    def _share(self, *_):
+    def on_width(self, *_):
         """The shortest get what they want first."""
         left = len(self.children)
         gaps = self.spacing * max(0, left - 1)
@@ -80,3 +75,5 @@ class Tabs(Fires, BoxLayout):
             button.width = share if self.fill else min(button.wanted, share)
             room, left = room - button.width, left - 1
         self.used = gaps + sum(button.width for button in self.children)
+
+    on_spacing = on_fill = on_width

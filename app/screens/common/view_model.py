@@ -233,10 +233,6 @@ class ScreenBase(MDScreen):
     tall = BooleanProperty(False)
     low = BooleanProperty(False)
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.fbind("size", self._turned)
-
     def shown(self, **intent: Any) -> None:
         if self.vm is not None:
             self.vm.open(**intent)
@@ -252,7 +248,7 @@ class ScreenBase(MDScreen):
     def go_back(self) -> None:
         """The arrow was tapped."""
 
-    def _turned(self, *_: Any) -> None:
+    def on_size(self, *_: Any) -> None:
         self.tall, self.low = is_tall(*Window.size), is_low(Window.height)
 
 
