@@ -14,11 +14,13 @@ Unknown values (None) are "–", never 0.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from datetime import date, datetime, time, tzinfo
 from functools import lru_cache
 
 from app.domain import writing
+from app.domain.models import WEEKDAYS
 from app.domain.reasons import known_zone
 from app.i18n import SOURCE_LANGUAGE, _, translator
 from app.services.planning import sentences
@@ -182,6 +184,19 @@ def day_or_time(at: datetime, zone: str, now: datetime) -> str:
     if (there.hour, there.minute) == (0, 0):
         return wall_day(there.date(), year=there.year != local(now, zone).year)
     return day_and_time(at, zone, now)
+
+
+def weekdays(days: Collection[str]) -> str:
+    """Mon–Fri, Sun or ma–pe, su, of RFC 5545's two letters in any order."""
+    words, runs = current().weekdays_date, list[list[int]]()
+    for n in (n for n, day in enumerate(WEEKDAYS) if day in days):
+        if runs and runs[-1][-1] == n - 1:
+            runs[-1].append(n)
+        else:
+            runs.append([n])
+    return ", ".join(
+        f"{words[run[0]]}–{words[run[-1]]}" if len(run) > 2 else ", ".join(words[n] for n in run) for run in runs
+    )
 
 
 # ---------------------------------------------------------------------- spans in seconds

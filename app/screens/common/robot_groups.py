@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from datetime import datetime
 from enum import Enum
 
@@ -13,7 +12,7 @@ from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.robot import RobotState, RobotStatus
 from app.i18n import _, ngettext
 from app.screens.common.holding import HAND, hold_at
-from app.screens.common.robot_appearance import LOW, STOPPED, is_old, is_silent
+from app.screens.common.robot_appearance import LOW, STOPPED, Appearance, is_old, is_silent
 
 
 class Group(Enum):
@@ -42,16 +41,6 @@ CALM = (Group.WORKING, Group.READY, Group.CHARGING, Group.HELD, Group.STARTING, 
 def help_rank(group: Group) -> int:
     """To sort by: what needs help first, most urgent first; all others are alike."""
     return URGENCY[group] if group in NEEDS_HELP else len(Group)
-
-
-@dataclass(frozen=True)
-class GroupLook:
-    """``word`` is short enough for the smallest tile; normal groups are neutral."""
-
-    word: str
-    icon: str
-    tone: str = "neutral"
-    loud: bool = False
 
 
 def group_of(robot: Robot, snapshot: RobotSnapshot, old: bool, settings: Settings) -> Group:
@@ -97,20 +86,20 @@ def is_low(status: RobotStatus, settings: Settings) -> bool:
     return percent is not None and percent < (settings.minimum_battery_percent or LOW)
 
 
-def look_of(group: Group) -> GroupLook:
-    """How robots of the group are shown together."""
+def look_of(group: Group) -> Appearance:
+    """How robots of the group are shown together: its word is short enough for the smallest tile."""
     return {
-        Group.STOPPED: GroupLook(_("Stopped"), "alert-octagon", "fault", loud=True),
-        Group.ASKS: GroupLook(_("Asks"), "comment-question", "action"),
-        Group.SILENT: GroupLook(_("No answer"), "wifi-off", "attention"),
-        Group.LOOK: GroupLook(_("Look at it"), "eye-outline", "attention"),
-        Group.PAUSED: GroupLook(_("Paused"), "pause-circle-outline", "action"),
-        Group.HELD: GroupLook(_("On hold"), HAND),
-        Group.WORKING: GroupLook(_("Working"), "play-circle-outline"),
-        Group.READY: GroupLook(_("Ready"), "check-circle-outline"),
-        Group.CHARGING: GroupLook(_("Charging"), "lightning-bolt"),
-        Group.STARTING: GroupLook(_("Starting up"), "timer-sand"),
-        Group.OFF: GroupLook(_("Off"), "power-plug-off-outline"),
+        Group.STOPPED: Appearance(_("Stopped"), "alert-octagon", "fault", loud=True),
+        Group.ASKS: Appearance(_("Asks"), "comment-question", "action"),
+        Group.SILENT: Appearance(_("No answer"), "wifi-off", "attention"),
+        Group.LOOK: Appearance(_("Look at it"), "eye-outline", "attention"),
+        Group.PAUSED: Appearance(_("Paused"), "pause-circle-outline", "action"),
+        Group.HELD: Appearance(_("On hold"), HAND),
+        Group.WORKING: Appearance(_("Working"), "play-circle-outline"),
+        Group.READY: Appearance(_("Ready"), "check-circle-outline"),
+        Group.CHARGING: Appearance(_("Charging"), "lightning-bolt"),
+        Group.STARTING: Appearance(_("Starting up"), "timer-sand"),
+        Group.OFF: Appearance(_("Off"), "power-plug-off-outline"),
     }[group]
 
 

@@ -82,14 +82,7 @@ def _hour(at: time) -> str:
 
 def days_word(weekdays: Collection[str]) -> str:
     """Mon–Fri, Sun."""
-    words, runs = formats.current().weekdays_date, list[list[int]]()
-    for n in (n for n, day in enumerate(WEEKDAYS) if day in weekdays):
-        if runs and runs[-1][-1] == n - 1:
-            runs[-1].append(n)
-        else:
-            runs.append([n])
-    parts = (f"{words[run[0]]}–{words[run[-1]]}" if len(run) > 2 else ", ".join(words[n] for n in run) for run in runs)
-    said = ", ".join(parts)
+    said = formats.weekdays(weekdays)
     return said[:1].upper() + said[1:]
 
 

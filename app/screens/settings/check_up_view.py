@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from datetime import datetime
-from typing import NamedTuple
 
 from app.domain.check_up import Finding, Level, Progress, Report, Topic, Trial
 from app.domain.models import Fleet, InvalidInput, Robot
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of, words_of
+from app.screens.common.robot_appearance import Appearance
 from app.screens.settings.view import NoticeView, asking_robot, went_wrong
 from app.services.check_up.report import LEVELS, TOPICS
 from app.widgets.items import Action, Item, Option
@@ -19,21 +19,14 @@ OFFERED = ""  # in place of a mission's name: the one that waits a second
 QUEUED = 4  # missions of a trial
 
 
-class Appearance(NamedTuple):
-    """Of a level: never the colour alone."""
-
-    icon: str
-    word: str
-    tone: str
-
-
 def appearance(level: Level) -> Appearance:
+    """Of a level: never the colour alone."""
     icon, tone = {
         Level.RED: ("alert-circle", "fault"),
         Level.AMBER: ("information-outline", "action"),
         Level.GREEN: ("check", "neutral"),
     }[level]
-    return Appearance(icon, words_of(LEVELS[level]), tone)
+    return Appearance(words_of(LEVELS[level]), icon, tone)
 
 
 # ---------------------------------------------------------------------- how a robot stands

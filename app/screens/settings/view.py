@@ -162,21 +162,7 @@ def weekday_names() -> dict[str, str]:
 
 def days_phrase(days: Sequence[str]) -> str:
     """Days of the week in few words: "every day", "Mon–Fri", "Mon, Wed, Fri"."""
-    numbers = sorted(WEEKDAYS.index(day) for day in days)
-    if len(numbers) == len(WEEKDAYS):
-        return _("every day")
-    names = list(weekday_names().values())
-    runs: list[list[int]] = []
-    for number in numbers:
-        if runs and runs[-1][-1] == number - 1:
-            runs[-1].append(number)
-        else:
-            runs.append([number])
-    words = [
-        f"{names[run[0]]}–{names[run[-1]]}" if len(run) > 2 else ", ".join(names[number] for number in run)
-        for run in runs
-    ]
-    return ", ".join(words)
+    return _("every day") if len({*days}) == len(WEEKDAYS) else formats.weekdays(days)
 
 
 # ---------------------------------------------------------------------- robots
