@@ -263,7 +263,12 @@ class Segments(Fires, BoxLayout):
 
     __events__ = ("on_choose",)
 
-    def on_options(self, *_):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("options", self._build)
+        self._build()
+
+    def _build(self, *_):
         """New labels for the same keys go into the existing segments: a finger may be on one of them."""
         if [segment.key for segment in reversed(self.children)] != [key for key, _label in self.options]:
             self.clear_widgets()

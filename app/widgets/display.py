@@ -88,7 +88,12 @@ class LegendItems(StackLayout):
 
     items = ListProperty()
 
-    def on_items(self, *_):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("items", self._build)
+        self._build()
+
+    def _build(self, *_):
         self.clear_widgets()
         for item in self.items:
             self.add_widget(LegendItem(kind=item.kind, text=item.text))

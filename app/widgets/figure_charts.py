@@ -12,10 +12,7 @@ from app.widgets.tokens import tk
 
 
 class FigureCard(Row, Tap):
-    """A figure (with markup: the unit is smaller), how it has changed, and its history as a small chart; a tap is the action "explain"."""
-
-    def on_release(self):
-        self.act("explain")
+    """A figure (with markup: the unit is smaller), how it has changed, and its history as a small chart."""
 
 
 class FigureSheet(Sheet):
@@ -26,10 +23,7 @@ class FigureSheet(Sheet):
 
 
 class CauseRow(Row, Tap):
-    """How often runs failed for a reason, and a bar; a tap is the action "open"."""
-
-    def on_release(self):
-        self.act("open")
+    """How often runs failed for a reason, and a bar."""
 
 
 class TrendChart(Chart):
@@ -84,7 +78,4 @@ class TrendChart(Chart):
 
 
 class TrendRow(Row, TonedTap):
-    """A mission: its name, how long it takes, and a TrendChart; a tap is the action "open"."""
-
-    def on_release(self):
-        self.act("open")
+    """A mission: its name, how long it takes, and a TrendChart."""

@@ -29,13 +29,17 @@ class ChipFlow(Fires, StackLayout):
 
     __events__ = ("on_choose",)
 
-    _chips: Mapping[object, ChoiceChip] = {}  # by key
+    def __init__(self, **kwargs):
+        self._chips: dict[object, ChoiceChip] = {}
+        super().__init__(**kwargs)
+        self.fbind("data", self._build)
+        self._build()
 
     def on_width(self, *_):
         for chip in self._chips.values():
             chip.limit = self.width
 
-    def on_data(self, *_):
+    def _build(self, *_):
         if [option.key for option in self.data] != list(self._chips):
             for chip in self.children:
                 rest.after_pressing(chip)
@@ -109,9 +113,13 @@ class ParameterFields(Fires, BoxLayout):
 
     __events__ = ("on_entered",)
 
-    _views: Mapping[str, Field | ChoiceRow | PositionRow] = {}  # by the name of the field
+    def __init__(self, **kwargs):
+        self._views: dict[str, Field | ChoiceRow | PositionRow] = {}
+        super().__init__(**kwargs)
+        self.fbind("fields", self._build)
+        self._build()
 
-    def on_fields(self, *_):
+    def _build(self, *_):
         """If one of them has the focus, its successor gets it."""
         typing = next((name for name, view in self._views.items() if getattr(view, "focus", False)), None)
         self.clear_widgets()

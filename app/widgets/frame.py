@@ -105,7 +105,12 @@ class NavBar(MDNavigationBar):
         """A tap. KivyMD marks the tapped item; here the navigator decides which is marked."""
         self.dispatch("on_switch_tabs", item, item.icon, item.text)
 
-    def on_items(self, *_):
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.fbind("items", self._build)
+        self._build()
+
+    def _build(self, *_):
         """New labels for the same screens go into the existing items: a finger may be on one of them."""
         if [item.name for item in reversed(self.children)] != [name for name, *_rest in self.items]:
             self.clear_widgets()

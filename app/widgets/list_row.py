@@ -93,9 +93,6 @@ class ListRow(Row, Tap):
         super().take(data)
         self.can_press = data.opens and data.look != "head"
 
-    def on_release(self):
-        self.act("open")
-
     def supporting(self, item, folded: bool, place_width: float) -> str:
         """The text below the title."""
         parts = (item.place if folded or not place_width else "", item.support, item.at_right if folded else "")

@@ -97,7 +97,7 @@ class Standing:
 
 class Row:
     """Mixin of row classes. ``act("cancel")`` notifies the list, which fires ``on_action(key, "cancel")``; ``host`` is
-    that list.
+    that list. A tap on a row that can be pressed is the action "open".
 
     A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is
     under the touch, and the tap is dropped; so is one on a row that has just replaced another (``standing``).
@@ -133,6 +133,9 @@ class Row:
     def on_touch_up(self, touch):
         self._forget()  # after the release has reached the widget that grabbed the touch
         return super().on_touch_up(touch)
+
+    def on_release(self):
+        self.act("open")
 
     def act(self, action: str, *values) -> None:
         """A view that has become another row's since it was pressed does nothing."""

@@ -31,9 +31,6 @@ class Still(MotionDialogBehavior):
 class MenuRow(Row, TonedTap):
     """One command of a menu."""
 
-    def on_release(self):
-        self.act("choose")
-
 
 class Menu(Fires, MDDialog, Still):
     """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge

@@ -44,13 +44,15 @@ class Tabs(Fires, BoxLayout):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
+        self.fbind("tabs", self._build)
         tk.follow(self.on_width)
+        self._build()
 
     def _pressed(self, button):
         if button.tab.key != self.selected:
             self.dispatch("on_choose", button.tab.key)
 
-    def on_tabs(self, *_):
+    def _build(self, *_):
         """New words of the same tabs go into the existing buttons: a finger may be on one of them."""
         if [button.tab.key for button in reversed(self.children)] != [tab.key for tab in self.tabs]:
             self.clear_widgets()

@@ -45,7 +45,7 @@ class NameLine(BodyStrong):
 
 
 class RobotCell(Row, TonedTap):
-    """One robot in its place; a tap is "open". A ``wide`` one has its name beside the icon, and its fact below."""
+    """One robot in its place. A ``wide`` one has its name beside the icon, and its fact below."""
 
     host = ObjectProperty(None, allownone=True, rebind=True)
     wide = BooleanProperty(False)
@@ -65,9 +65,6 @@ class RobotCell(Row, TonedTap):
             self.back, self.ink, self.ink2, self.edge = self.tint, self.tint_ink, self.tint_ink, self.fg
 
     on_item = retone
-
-    def on_release(self) -> None:
-        self.act("open")
 
 
 class FleetPart(Toned, MDBoxLayout):
@@ -92,10 +89,7 @@ class FleetParts(MDBoxLayout):
 
 
 class FleetHead(Row, Tap):
-    """The head of a group of robots; a tap ("open") shows its cells instead of another group's."""
-
-    def on_release(self) -> None:
-        self.act("open")
+    """The head of a group of robots; a tap shows its cells instead of another group's."""
 
 
 class FleetGrid(PanelGrid):

@@ -232,6 +232,7 @@ class Draft:
         now: datetime,
         settings: Settings,
         robot_id: int | None = None,
+        mission_id: int | None = None,
         calendar: WorkingCalendar | None = None,
     ) -> Draft:
         """An empty form. ``now`` is local: the next full hour, on the next working day."""
@@ -245,6 +246,7 @@ class Draft:
             at=start.time(),
             timezone=settings.timezone,
             robot_id=robot_id,
+            mission_id=mission_id,
             weekdays=tuple(settings.working_days),
             **cls.derived(start.date()),
         )

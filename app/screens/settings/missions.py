@@ -52,10 +52,7 @@ FETCHED = "missions of a robot"  # what a message is about
 
 
 class MissionRow(Row, Tap):
-    """A mission. Actions: "favourite" (with the wanted state), "edit" (a tap), "dots" (with the button)."""
-
-    def on_release(self) -> None:
-        self.act("edit")
+    """A mission. Actions: "favourite" (with the wanted state), "open" (a tap), "dots" (with the button)."""
 
 
 class MissionCell(Txt):
@@ -203,7 +200,7 @@ class MissionsPage(SettingsPage):
             return
         if action == "favourite":
             self._mark(mission_id, values[0])
-        elif action == "edit":
+        elif action == "open":
             self.context.shell.sheets.show(MissionSheet(self.context, mission))
         else:
             delete_menu(self.context, values[0], lambda: remove(self.context, mission))

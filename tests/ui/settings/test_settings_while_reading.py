@@ -71,13 +71,13 @@ def test_editing_again_begins_with_the_values_just_saved(site, app, ui, hold_rea
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow, name="Home"))
     hold_readings()
-    ui.find(MissionRow, name="Home").act("edit")
+    ui.find(MissionRow, name="Home").act("open")
     ui.wait(lambda: ui.find_all(MissionSheet))
     dialog = ui.find(MissionSheet)
     enter(ui, dialog.ids.name_field, "Back home")
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(MissionSheet))
-    ui.find(MissionRow).act("edit")
+    ui.find(MissionRow).act("open")
     ui.wait(lambda: ui.find_all(MissionSheet))
     assert ui.find(MissionSheet).it.name == "Back home"
     assert ui.find(MissionRow).item.name == "Back home"
