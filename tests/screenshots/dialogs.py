@@ -63,6 +63,6 @@ def menu(studio: Any) -> Any:
     items = [
         Option("run", _("Run now"), "play"),
         Option("copy", _("Duplicate"), "content-copy", disabled=True),
-        Option("delete", _("Delete"), "delete-outline", "fault"),
+        Option("delete", _("Delete"), "delete-outline", tone="fault"),
     ]
     return dialogs.menu(studio.shown.ids.bar, sample.KITS.name, items, print)
