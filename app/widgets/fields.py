@@ -28,7 +28,7 @@ from app.widgets.events import Fires
 from app.widgets.places import places
 from app.widgets.scrolling import page_around, turn_to
 from app.widgets.slots import PartSlot
-from app.widgets.surfaces import SeenBox, Tap
+from app.widgets.surfaces import OnlySeen, Tap
 
 # kind -> (input_type, signs on the number pad besides digits). Typed signs are never dropped: "1.5" would become 15.
 KINDS = {
@@ -305,7 +305,7 @@ class FieldPart(FloatLayout):
     is_narrow = BooleanProperty(False)
 
 
-class SearchField(SeenBox):
+class SearchField(OnlySeen, BoxLayout):
     """A text field that filters a list while typing; bind ``text``. The cross clears it."""
 
     text = StringProperty()

@@ -11,7 +11,6 @@ from app.widgets.dock import dock, is_low, is_tall
 from app.widgets.events import Fires
 from app.widgets.menu import ESCAPE
 from app.widgets.rest import DOUBLE_TAP, rest
-from app.widgets.scrolling import ScrollPage
 from app.widgets.surfaces import Passive
 
 EDGES = ("right", "bottom", "full")
@@ -27,10 +26,6 @@ class SheetPlace(FloatLayout):
     """The part of the frame in which the page and sheets are. ``taken``: px at its right that a sheet takes from the page."""
 
     taken = NumericProperty(0)
-
-
-class SheetPage(ScrollPage):
-    """The body of a sheet, which scrolls."""
 
 
 class Sheet(Fires, Passive, MDCard):

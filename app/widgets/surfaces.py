@@ -1,7 +1,6 @@
 """Surfaces: a box with a background, one that can be pressed, and tones that colour both."""
 
 from kivy.properties import BooleanProperty, OptionProperty
-from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 from kivymd.uix.boxlayout import MDBoxLayout
 from kivymd.uix.card import MDCard
@@ -54,10 +53,6 @@ class OnlySeen:
 
     def on_touch_down(self, touch):
         return self.is_seen and super().on_touch_down(touch)
-
-
-class SeenBox(OnlySeen, BoxLayout):
-    """A box that takes touches only while it is visible."""
 
 
 class Surface(OnlySeen, MDBoxLayout):

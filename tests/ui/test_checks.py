@@ -23,7 +23,7 @@ SEEN = {
     "a button that is off": "Button:\n            disabled: True\n            opacity: .5",
     "a command that is hidden": "CommandButton:\n            text: 'Go'\n            opacity: 0",
     "a command that is hidden and off": "IconButton:\n            icon: 'close'\n            opacity: 0\n            disabled: True",
-    "what a box holds back": "SeenBox:\n            opacity: 0\n            disabled: True\n            Button:",
+    "what a box holds back": "Surface:\n            opacity: 0\n            disabled: True\n            Button:",
     "a command without a width": "CommandButton:\n            text: 'Go'\n            disabled: True\n"
     "            size_hint_x: None\n            width: 0",
     "what is scrolled away": "ScrollView:\n            BoxLayout:\n                size_hint_y: None\n                height: 4000\n"

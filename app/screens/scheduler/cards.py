@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from kivy.clock import Clock
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler.form import FormModel
@@ -103,23 +103,8 @@ class FormNote(Row, BoxLayout):
     """What may go wrong, and the buttons that help."""
 
 
-class RemedyButton(CommandButton):
+class RemedyButton(Row, CommandButton):
     """One of those buttons."""
-
-
-class RemedyButtons(Fires, BoxLayout):
-    """A button for each of the ``remedies``: ``on_choose(key)``."""
-
-    remedies = ListProperty()
-
-    __events__ = ("on_choose",)
-
-    def on_remedies(self, *_: object) -> None:
-        self.clear_widgets()
-        for remedy in self.remedies:
-            button = RemedyButton(text=remedy.text)
-            button.bind(on_release=lambda _button, key=remedy.key: self.dispatch("on_choose", key))
-            self.add_widget(button)
 
 
 class FormFold(Tap):
