@@ -272,7 +272,7 @@ def test_a_star_stays_in_its_place_and_a_deleted_mission_comes_back(site, app, u
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
     ui.tap(ui.find(IconButton, ui.find(MissionRow, name="Home"), icon="star-outline"))
     ui.wait(lambda: [(row.name, row.favourite) for row in page(app).vm.rows] == [("Deliver", False), ("Home", True)])
-    page(app).act(page(app).vm.rows[1].key, "edit")
+    page(app).act(page(app).vm.rows[1].key, "open")
     dots(ui, "Home")
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Deliver"] and not ui.find_all(MissionSheet))
     ui.wait(lambda: says(ui, "Home deleted"))
