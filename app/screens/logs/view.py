@@ -217,7 +217,9 @@ def table_options() -> list[Option]:
 
 
 def empty_text(filters: Filters) -> str:
-    return _("Nothing has run yet") if filters == Filters(Period.ALL) else _("Nothing found")
+    if filters != Filters(filters.period):
+        return _("Nothing found")
+    return _("Nothing has run yet") if filters.period is Period.ALL else _("Nothing ran in this time")
 
 
 # ---------------------------------------------------------------------- a run as a row

@@ -270,3 +270,4 @@ def test_the_numbers_of_outcomes_mark_the_one_that_is_asked_for():
 def test_an_empty_list_says_whether_anything_has_run():
     assert view.empty_text(Filters(Period.ALL)) == "Nothing has run yet"
     assert view.empty_text(Filters(text="dock")) == "Nothing found"
+    assert view.empty_text(Filters()) == "Nothing ran in this time"
