@@ -151,7 +151,6 @@ MUTANTS = (
         "never ran",
         CLOCKS,
         seed=12,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "the engine oversleeps",

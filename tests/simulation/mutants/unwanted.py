@@ -45,7 +45,6 @@ MUTANTS = (
         "ahead = 0.0 * min(",
         "before its instant",
         CALM,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "the window does not close",
@@ -72,7 +71,6 @@ MUTANTS = (
         "hold.robot_id == robot_id",
         "under a hold",
         HELD_ROBOTS,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "what was cancelled in doubt is sent again",
@@ -115,7 +113,6 @@ MUTANTS = (
         "withdrawn",
         SHORT,
         seed=2,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "what waits keeps its old mission (D6)",
@@ -167,7 +164,6 @@ MUTANTS = (
         "still there",
         ROBOTS,
         seed=2,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "a moved start overlaps",
@@ -202,7 +198,6 @@ MUTANTS = (
         "False and self._votes",
         "sent while the clock was",
         UNPROVEN,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "an idle mission that arrives after it was overtaken belongs to no row",
@@ -257,7 +252,6 @@ MUTANTS = (
         "pass",
         "withdrawn",
         MOVED_STARTS,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "a moved start is lost when it is moved back",
