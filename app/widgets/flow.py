@@ -117,6 +117,10 @@ class ParameterFields(Fires, BoxLayout):
         self._views: dict[str, Field | ChoiceRow | PositionRow] = {}
         super().__init__(**kwargs)
         self.fbind("fields", self._build)
+        self.fbind("problems", self._show_problems)
+        self.fbind("map", self._show_map)
+        for name in ("choose_first", "enter_first"):
+            self.fbind(name, self._look_for_empty)
         self._build()
 
     def _build(self, *_):
@@ -152,22 +156,22 @@ class ParameterFields(Fires, BoxLayout):
             view.fbind("chosen" if field.kind in CHOICES else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
-        self.on_map()
-        self.on_choose_first()
+        self._show_map()
+        self._look_for_empty()
         if hasattr(self._views.get(typing), "focus"):
             self._views[typing].focus = True
 
-    def on_map(self, *_):
+    def _show_map(self, *_):
         for view in self._views.values():
             if isinstance(view, PositionRow):
                 view.map = self.map
 
     def _entered(self, view, _value):
         view.problem = ""  # of what was there before
-        self.on_choose_first()
+        self._look_for_empty()
         self.dispatch("on_entered", self.values())
 
-    def on_choose_first(self, *_):
+    def _look_for_empty(self, *_):
         values = self.values()
         empty = next(
             (
@@ -183,12 +187,10 @@ class ParameterFields(Fires, BoxLayout):
             else (self.choose_first if empty.kind in CHOICES else self.enter_first).format(field=empty.label)
         )
 
-    on_enter_first = on_choose_first
-
     def values(self) -> Mapping[str, Any]:
         """Name -> entered value: typed text, or the value of the choice."""
         return {name: view.chosen if hasattr(view, "chosen") else view.text for name, view in self._views.items()}
 
-    def on_problems(self, *_):
+    def _show_problems(self, *_):
         for name, view in self._views.items():
             view.problem = self.problems.get(name, "")
