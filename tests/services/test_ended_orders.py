@@ -182,6 +182,24 @@ def test_what_was_sent_is_found_though_the_clock_was_wrong_then_and_is_right_now
 
 
 @pytest.mark.long
+def test_what_a_fleet_has_forgotten_is_not_sent_again_though_its_clock_was_set_back(furnished):
+    site, robot = furnished()
+    site.fleet.knobs = replace(site.fleet.knobs, version="1.5.0", orders_kept=3600.0)
+    ran(site, robot)
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.queue("R1")) == 2)
+    site.run(0.5)
+    site.switch_off(cleanly=False)
+    site.clock.advance(4000)
+    site.fleet.clock.offset -= 540
+    site.switch_on()
+    site.run(900)
+    assert len(site.network.posts("R1")) == 2
+    assert site.executions()[-1].reason.code is ReasonCode.UNKNOWN_OUTCOME
+
+
+@pytest.mark.long
 def test_what_was_sent_is_not_sent_again_after_the_clock_was_set_back_where_the_fleets_time_was_not_noted(furnished):
     """As earlier releases did not."""
     site, robot = furnished()

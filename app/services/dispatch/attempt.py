@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from enum import Enum, auto
 from http import HTTPStatus
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.database.values import to_text
 from app.domain import rules
@@ -33,6 +33,14 @@ class Phase(Enum):
     ACCEPTED = auto()  # the robot has it; not written yet
 
 
+class Moment(NamedTuple):
+    """On three clocks: one of them may be set, the last stops while the app is off."""
+
+    by_fleet: datetime
+    by_tablet: datetime
+    mono: float
+
+
 @dataclass(slots=True)
 class Attempt:
     """``wake_at`` and ``in_doubt_since`` on the monotonic clock, so that no step of the wall clock moves them."""
@@ -42,8 +50,8 @@ class Attempt:
     row: Execution | None = None  # READY: the intent
     plan_version: int = 0  # READY: of the plan that the intent was written from
     in_doubt_since: float = math.inf
-    sent_since: datetime | None = None  # IN_DOUBT: the earliest that it may have been sent
-    asked_at: tuple[datetime, float] | None = None  # IN_DOUBT: when the robot last did not show it, on both clocks
+    sent_since: Moment | None = None  # IN_DOUBT: the earliest that it may have been sent
+    asked_at: Moment | None = None  # IN_DOUBT: when the robot last did not show it
     unasked: float = 0.0  # IN_DOUBT: s, the longest between two such answers
     is_taken: bool = False  # IN_DOUBT: the robot has it; only its number is not known
     accepted: Transition | None = None

@@ -21,7 +21,7 @@ from app.domain.execution import Execution, Reason, ReasonCode, State
 from app.domain.message import Message, message
 from app.mir.errors import Ambiguous, RobotError, VehicleUnavailable
 from app.mir.target import Target
-from app.services.dispatch.attempt import Attempt, Phase, intent_of
+from app.services.dispatch.attempt import Attempt, Moment, Phase, intent_of
 from app.services.dispatch.context import Context
 from app.services.dispatch.duplicates import Duplicates
 from app.services.dispatch.observation import Observation
@@ -91,8 +91,9 @@ class InDoubt:
         wake_at = mono if is_taken else mono + (RECONCILE_EVERY / 2 if by_id else RECONCILE_EVERY)
         before = self._attempts.get(row.id)
         sent_since = before and before.sent_since  # the tablet may have slept during the request
-        first_at = self._date_of(row, row.begun_at or row.planned_at)
-        since = first_at if ahead else sent_since or self._seen.time
+        begun_at = row.begun_at or row.planned_at
+        first = Moment(self._date_of(row, begun_at), begun_at, mono)
+        since = first if ahead else sent_since or self._now
         self._attempts[row.id] = Attempt(
             Phase.IN_DOUBT, wake_at, in_doubt_since=mono, sent_since=since, is_taken=is_taken
         )
@@ -111,7 +112,7 @@ class InDoubt:
                 self._outcomes.found(row, found, self._clock.now() - timedelta(seconds=in_doubt))
                 return
             self._note_not_there(attempt)
-            age = self._since(attempt.sent_since, attempt.in_doubt_since)
+            age = self._seconds_since(attempt.sent_since)
             if quiet_left <= 0 and (
                 problem := self._duplicates.own.why_uncertain(
                     row, attempt.is_taken, may_change_robot(row), age, attempt.unasked
@@ -131,16 +132,21 @@ class InDoubt:
             self._is_not_there(row)
             self._duplicates.watch_for(row)
 
-    def _since(self, at: datetime | None, mono: float) -> float:
-        """Seconds, at most: neither a sleep of the tablet nor a clock that is set back shortens them."""
-        now = self._seen.time
-        return max((now - (at or now)).total_seconds(), self._clock.monotonic() - mono)
+    @property
+    def _now(self) -> Moment:
+        return Moment(self._seen.time, self._clock.now(), self._clock.monotonic())
+
+    def _seconds_since(self, then: Moment | None) -> float:
+        """At most: neither a sleep of the tablet nor a clock that is set back shortens them."""
+        now = self._now
+        by_fleet, by_tablet, mono = then or now
+        passed = now.by_fleet - by_fleet, now.by_tablet - by_tablet
+        return max(now.mono - mono, *(each.total_seconds() for each in passed))
 
     def _note_not_there(self, attempt: Attempt) -> None:
         """The robot was asked for it just now."""
-        before = attempt.asked_at or (attempt.sent_since, attempt.in_doubt_since)
-        attempt.unasked = max(attempt.unasked, self._since(*before))
-        attempt.asked_at = self._seen.time, self._clock.monotonic()
+        attempt.unasked = max(attempt.unasked, self._seconds_since(attempt.asked_at or attempt.sent_since))
+        attempt.asked_at = self._now
 
     def _is_other_machine(self, row: Execution) -> bool:
         """Whether another machine answers, whose queue must not be read as the robot's. A fleet that has lost contact with
