@@ -165,10 +165,11 @@ class Weather:
                 machine.set_battery(FULL)
 
     def person_queues(self) -> None:
+        """At a fleet, or at its robot itself, of which the fleet says nothing."""
+        site = self.world.site
         for _ in range(self.rng.randrange(1, 4)):
-            self.world.site.stranger_queues(
-                self.rng.choice(list(self.world.missions.values())), self._name(), at_robot=True
-            )
+            mission, robot = self.rng.choice(list(self.world.missions.values())), self._name()
+            site.stranger_queues(mission, robot, at_robot=site.fleet is not None and self.rng.random() < 0.5)
 
     def person_cancels(self) -> None:
         machine = self._machine(self._name())

@@ -84,7 +84,7 @@ LATE_AND_PAUSED = world(
 )
 # Polls are so rare that what arrives late has run before it is seen.
 LATE_AND_IDLE = world(
-    "idle_rule", "very_late_request person_queues", (20, 30), every_minutes=60, robots=4, poll_interval=120, quiet_s=30
+    "idle_rule", "very_late_request person_queues", (20, 30), every_minutes=60, robots=4, poll_interval=120, quiet_s=90
 )
 BACK = world("back_up run_now", "restore outage", (30, 12), every_minutes=3, history_limit=None)
 BACK_AND_ELSEWHERE = world(
