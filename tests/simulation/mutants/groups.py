@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.simulation.mutants.mutant import IN_DOUBT, SENDING, TAKES_ONCE, UNTRIED, Mutant
+from tests.simulation.mutants.mutant import IN_DOUBT, SENDING, TAKES_ONCE, Mutant
 from tests.simulation.mutants.worlds import world
 
 SITE = {"every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "history_limit": None, "with_window": False}
@@ -22,7 +22,6 @@ MUTANTS = (
         "before the first was read",
         LOST,
         hours=0.5,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "given to another robot after twenty seconds",
@@ -32,7 +31,6 @@ MUTANTS = (
         "before the first was read",
         LOST,
         hours=0.5,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "given to another robot though the first could not be read",
@@ -43,7 +41,7 @@ MUTANTS = (
         "before the first was read",
         SILENT,
         hours=0.5,
-        at={"classic": UNTRIED},
+        at={"classic": 2},
     ),
     Mutant(
         "looked for above another robot's numbers",
@@ -53,7 +51,7 @@ MUTANTS = (
         "items with one token",
         LOST,
         hours=0.5,
-        at={**TAKES_ONCE, "classic": UNTRIED},
+        at={**TAKES_ONCE, "classic": "an order is found there by its token, whatever its number"},
     ),
     Mutant(
         "after a crash it is any robot's at once",

@@ -12,7 +12,6 @@ from tests.simulation.mutants.mutant import (
     SCHEDULES,
     SENDING,
     TAKES_ONCE,
-    UNTRIED,
     Mutant,
 )
 from tests.simulation.mutants.worlds import (
@@ -90,7 +89,7 @@ MUTANTS = (
         "items with one token",
         BACK_AND_ELSEWHERE,
         seed=2,
-        at={**TAKES_ONCE, "classic": UNTRIED},
+        at=TAKES_ONCE,
     ),
     Mutant(
         "after a restore intents are written ahead",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.simulation.mutants.mutant import SENDING, TRACKING, UNTRIED, Mutant
+from tests.simulation.mutants.mutant import SENDING, TRACKING, Mutant
 from tests.simulation.mutants.worlds import LOST, ROBOTS, SOME_FAULTS
 
 MUTANTS = (
@@ -13,7 +13,6 @@ MUTANTS = (
         "if item.state in (QueueState.DONE, QueueState.ABORTED):",
         "truth",
         ROBOTS,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "one answer 404 and it has vanished",
@@ -22,7 +21,6 @@ MUTANTS = (
         "return True or mono - ",
         "truth",
         SOME_FAULTS,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "a lost answer is a refusal",
@@ -31,6 +29,5 @@ MUTANTS = (
         "elif True:",
         "truth",
         LOST,
-        at={"classic": UNTRIED},
     ),
 )

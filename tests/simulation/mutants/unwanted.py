@@ -53,7 +53,6 @@ MUTANTS = (
         "return planned_at + timedelta(minutes=15) + ",
         "after its window",
         PEOPLE,
-        at={"classic": UNTRIED, "enterprise": UNTRIED},
     ),
     Mutant(
         "holds are ignored",
@@ -62,7 +61,6 @@ MUTANTS = (
         "hold.clock",
         "under a hold",
         PEOPLE,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "the hold of all robots holds none",
@@ -129,7 +127,6 @@ MUTANTS = (
         "for check in [each for each in rule.checks if each is not is_wanted]:",
         "as another mission",
         EDITED_IN_DOUBT,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "whether a start was withdrawn is not asked before it is sent",
@@ -146,7 +143,6 @@ MUTANTS = (
         '"held": False,',
         "held",
         HELD_STARTS,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "a low battery is enough",
@@ -207,7 +203,7 @@ MUTANTS = (
         "two idle missions",
         LATE_AND_IDLE,
         seed=2,
-        at={"classic": UNTRIED, "enterprise": UNTRIED},
+        at={"classic": UNTRIED, "enterprise": "a robot's newest order shows there that it was an idle mission"},
     ),
     Mutant(
         "tokens that are not predictable",
@@ -216,7 +212,6 @@ MUTANTS = (
         "{schedule_id}/",
         "never planned",
         CALM,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "working days are ignored",
@@ -234,7 +229,6 @@ MUTANTS = (
         "without the list",
         WINDOW,
         seed=2,
-        at={"classic": UNTRIED, "enterprise": UNTRIED},
     ),
     Mutant(
         "a moved start runs where it was too",
@@ -260,7 +254,6 @@ MUTANTS = (
         "pass",
         "never ran",
         MOVED_STARTS,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "a moved start does not follow its schedule",
@@ -269,6 +262,5 @@ MUTANTS = (
         "[]",
         "withdrawn",
         MOVED_STARTS,
-        at={"classic": UNTRIED},
     ),
 )
