@@ -165,7 +165,7 @@ class Weather:
                 machine.set_battery(FULL)
 
     def person_queues(self) -> None:
-        """At a fleet, or at its robot itself, of which the fleet says nothing."""
+        """At a fleet, or at its robot itself, which the fleet does not show."""
         site = self.world.site
         for _ in range(self.rng.randrange(1, 4)):
             mission, robot = self.rng.choice(list(self.world.missions.values())), self._name()
