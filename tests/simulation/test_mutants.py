@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import builtins
+import dis
+
 import pytest
 
 from app.mir.errors import RobotError
@@ -20,8 +23,9 @@ def test_each_of_them_has_a_name_of_its_own():
 
 def test_each_of_them_can_be_planted():
     for mutant in ALL:
-        with planted(mutant):
-            pass
+        with planted(mutant) as function:
+            names = {each.argval for each in dis.get_instructions(function) if each.opname == "LOAD_GLOBAL"}
+            assert names <= vars(builtins).keys() | function.__globals__.keys(), mutant.name
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,6 @@ from tests.simulation.mutants.mutant import (
     SCHEDULES,
     SENDING,
     TRACKING,
-    UNTRIED,
     Mutant,
 )
 from tests.simulation.mutants.worlds import ABSENCES, CALM, CLOCKS, FLAT_ROBOTS, HELD_ROBOTS, LOST, OUTAGES, ROBOTS
@@ -54,7 +53,7 @@ MUTANTS = (
         "everything fails without a request",
         f"{SENDING}.send_due",
         "self._post(intent, attempt.plan_version)",
-        "self._ledger.end(Event.REFUSE, intent, Reason(ReasonCode.REFUSED))",
+        "self._ledger.end(Event.REFUSE, intent, transitions.Reason(transitions.ReasonCode.REFUSED))",
         "never ran",
         CALM,
     ),
@@ -132,7 +131,6 @@ MUTANTS = (
         "open for",
         ROBOTS,
         seed=2,
-        at={"classic": UNTRIED},
     ),
     Mutant(
         "no robot is followed",

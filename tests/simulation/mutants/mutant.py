@@ -10,6 +10,8 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from types import FunctionType
+from typing import Any
 
 from mir_sim.fleets import KINDS
 from tests.simulation.__main__ import simulate
@@ -26,7 +28,6 @@ SENDING, TRACKING = "services.dispatch.sending:Sending", "services.dispatch.trac
 # Why a bug does no harm there.
 TAKES_ONCE = {"enterprise": "an id is taken only once"}
 OWN_CODE = dict.fromkeys(KINDS, "what is broken is not used for robots of a fleet")
-UNTRIED = "not tried there yet"
 
 
 @dataclass(frozen=True)
@@ -60,9 +61,14 @@ class Mutant(Patch):
             return simulate(seed, self.hours, world, self.oracle)
 
 
+def _function(found: Any) -> FunctionType:
+    """Of a method or property."""
+    return found.fget if isinstance(found, property) else getattr(found, "__func__", found)
+
+
 @contextmanager
-def planted(patch: Patch) -> Iterator[None]:
-    """The bug is there."""
+def planted(patch: Patch) -> Iterator[FunctionType]:
+    """The bug is in this function."""
     module_name, _, path = patch.target.partition(":")
     module = importlib.import_module(f"app.{module_name}")
     *classes, name = path.split(".")
@@ -70,11 +76,10 @@ def planted(patch: Patch) -> Iterator[None]:
     for each in classes:
         owner = getattr(owner, each)
     original = vars(owner)[name]
-    function = original.fget if isinstance(original, property) else getattr(original, "__func__", original)
-    source = textwrap.dedent(inspect.getsource(function))
+    source = textwrap.dedent(inspect.getsource(_function(original)))
     if source.count(patch.old) != 1:
         raise LookupError(f"{patch.name}: {patch.old!r} is {source.count(patch.old)} times in {patch.target}")
-    made: dict[str, object] = {}
+    made: dict[str, Any] = {}
     code = compile(source.replace(patch.old, patch.new), patch.target, "exec", flags=future.annotations.compiler_flag)
     exec(code, vars(module), made)
     owners = [
@@ -84,7 +89,7 @@ def planted(patch: Patch) -> Iterator[None]:
     for each in owners:
         setattr(each, name, made[name])
     try:
-        yield
+        yield _function(made[name])
     finally:
         for each in owners:
             setattr(each, name, original)
