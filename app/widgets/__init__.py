@@ -18,6 +18,7 @@ MODULES = (
     "menu",
     "display",
     "fields",
+    "flow",
     "frame",
     "lanes",
     "list_row",
@@ -50,6 +51,7 @@ WIDGETS_KV = (
     "tabs",
     "frame",
     "slots",
+    "flow",
 )
 
 

@@ -8,7 +8,6 @@ import pytest
 from kivy.factory import Factory
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets import load_kv
 from app.widgets.buttons import IconButton
 from app.widgets.flow import ChipFlow
 from app.widgets.items import Item, Option
@@ -124,7 +123,6 @@ def test_a_row_that_slides_under_the_finger_as_another_one_grows_is_not_pressed(
 
 def under_chips(ui, kind: str) -> tuple:
     """A list of that kind below chips that come and go; and the chips."""
-    load_kv("widgets/flow")
     rows, chips = Factory.get(kind)(viewclass="QueueRow", data=queue(1, 2, 3)), ChipFlow()
     page = ScrollPage() if kind == "RowColumn" else BoxLayout(orientation="vertical")
     page.add_widget(chips)

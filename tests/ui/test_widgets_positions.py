@@ -16,7 +16,6 @@ from app.screens.common.overlays import Dialogs
 from app.screens.common.parameters_view import fields_of
 from app.screens.common.sheets import Sheets
 from app.services.robots.map_picture import MapPicture, Place
-from app.widgets import load_kv
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet
 from app.widgets.fields import Field
@@ -46,7 +45,6 @@ def picture(places: tuple[Place, ...] = PLACES) -> MapPicture:
 
 def shown(ui, *wanted: MissionParameter) -> ParameterFields:
     """On a sheet."""
-    load_kv("widgets/flow")
     ui.show(Widget())
     fields, sheet = ParameterFields(fields=fields_of(wanted), map=picture()), Sheet(title="Send")
     sheet.add_widget(fields)

@@ -314,7 +314,7 @@ class HomeScreen(ScreenBase):
 
     def __init__(self, vm: HomeViewModel, **kwargs: Any) -> None:
         self._pages: dict[str, Widget] = {}  # by layout
-        load_kv("widgets/flow", "home/page", "home/fleet", "home/sending")
+        load_kv("home/page", "home/fleet", "home/sending")
         super().__init__(vm=vm, **kwargs)
         vm.bind(**dict.fromkeys(("loaded", "has_robots", "shows_map"), self._choose_layout))
         vm.fleet.bind(is_shown=self._choose_layout)

@@ -311,7 +311,7 @@ class LogsScreen(ScreenBase):
     Services, Model = LogsServices, LogsViewModel
 
     def __init__(self, vm: LogsViewModel, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "logs/screen", "logs/figures", "logs/activity")
+        load_kv("logs/screen", "logs/figures", "logs/activity")
         super().__init__(vm=vm, **kwargs)
         vm.bind(part=self._show_tabs)
         self._show_tabs()

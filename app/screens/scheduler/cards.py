@@ -10,7 +10,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.form_view import FormView
-from app.widgets import flow, lanes, list_row  # noqa: F401  (registers kivy classes)
+from app.widgets import lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
 from app.widgets.events import Fires

@@ -245,7 +245,7 @@ class SchedulerScreen(ScreenBase):
     has_form = BooleanProperty(False)  # an open one
 
     def __init__(self, vm: SchedulerViewModel, **kwargs: Any) -> None:
-        load_kv("widgets/flow", "scheduler/screen", "scheduler/form", "scheduler/hold")
+        load_kv("scheduler/screen", "scheduler/form", "scheduler/hold")
         super().__init__(vm=vm, **kwargs)
         self._sheets, self._sheet = vm.sheets, cards.FormSheet(card=vm.form)
         self.bind(has_form=self._show_form)

@@ -57,7 +57,6 @@ SHOWN_TOPICS = (
     Topic.CALENDAR,
 )  # snapshots are read once a second
 KV = (
-    "widgets/flow",
     "settings/screen",
     *(f"settings/{name}" for name in PAGES),
     "settings/robot",
