@@ -13,6 +13,7 @@ from app.widgets.frame import Frame
 from tests.screenshots import fleets
 from tests.screenshots.check_up import Checked, found
 from tests.screenshots.settings import Plant, with_groups
+from tests.support.examples import at_night
 from tests.ui import checks, looks
 from tests.ui.window_sizes import window
 
@@ -70,7 +71,7 @@ def fingerprints(screen):
     return TrustSheet(screen.vm.context.shell.sheets, certificate("Aino", "3fa1c2" * 11, "77de01" * 11), lambda: None)
 
 
-@pytest.mark.parametrize("build", [robot, mission, another, fingerprints])
+@pytest.mark.parametrize("build", [robot, mission, fingerprints, *at_night(another)])
 def test_a_sheet_keeps_to_it_too(rig, ui, build):
     screen = Plant(rig).screen(rig, "robots")
     frame, sheet = ui.find(Frame), build(screen)
@@ -110,11 +111,11 @@ def restore(screen):
     ("section", "build"),
     [
         ("missions", place),
-        ("missions", new_place),
         ("idle", idle_rule),
         ("constraints", days),
         ("data", export),
-        ("data", restore),
+        pytest.param("missions", new_place, marks=pytest.mark.long),
+        pytest.param("data", restore, marks=pytest.mark.long),
     ],
 )
 def test_a_sheet_that_its_page_opens_keeps_to_it_too(rig, ui, section, build):
