@@ -213,7 +213,7 @@ test_odd_robots = cases_of(
         [plan(window=60), plan("B", window=60), 304, meets("DELETE", "/mission_queue/2", NOT_FOUND)],
         each(
             refused(do(lambda s: s.container.operator.cancel_execution(s.row("B").id)), error=RobotError),
-            refused(do(lambda s: s.container.operator.cancel_item(1, 2)), error=RobotError),
+            refused(do(lambda s: s.container.operator.cancel_item(1, s.row("B").queue_id)), error=RobotError),
         ),
         [600, states(COMPLETED, COMPLETED)],
     ),
