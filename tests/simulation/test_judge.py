@@ -12,7 +12,8 @@ from app.domain.execution import Wait
 from app.domain.models import Schedule
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import KEPT_S, Restore
-from tests.simulation.mutants import MUTANTS, planted
+from tests.simulation.mutants import twice
+from tests.simulation.mutants.mutant import planted
 from tests.simulation.profile import Profile
 from tests.simulation.world import START, World
 from tests.support.network import QUEUE, Fate
@@ -21,7 +22,7 @@ LANDS_AFTER = 300.0  # s after the request left: the start has been sent again b
 WAITS_FOR = 200.0  # s for which the robot is paused then
 STILL = Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0)
 PLACE = {"robots": 1, "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "fleet": "normal", "history_limit": None}
-LEFT_ALONE = next(mutant for mutant in MUTANTS if mutant.name == "a second copy that waits is left alone")
+LEFT_ALONE = next(mutant for mutant in twice.MUTANTS if mutant.name == "a second copy that waits is left alone")
 
 
 # ---------------------------------------------------------------------- a second copy
