@@ -13,6 +13,7 @@ import pytest
 from app.mir.enterprise_vocabulary import number_of
 from mir_sim import SimulatedRobot
 from mir_sim.fleets import KINDS, ClassicKnobs, SimulatedFleet, make_fleet
+from mir_sim.fleets.classic import ClassicFleet
 from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.orders import Order, Vehicle
 from mir_sim.machine import Machine
@@ -79,7 +80,7 @@ def each_item(answer: Any, machine: Machine, change: Callable[[int, dict], dict]
     if _EVENTS in answer:
         return answer | {_EVENTS: each_item(answer[_EVENTS], machine, change)}
     if not isinstance(machine, EnterpriseFleet):
-        return answer | change(answer.get("id", 0), answer)
+        return answer | change(answer.get("id", 0) - isinstance(machine, ClassicFleet), answer)  # as in paths
     state = "order-status" if "order-status" in answer else "state"
     order = _order_with(machine, answer.get("serial-order-id") or answer.get("order-id") or "")
     if state not in answer or order is None:

@@ -16,15 +16,14 @@ CONNECTED = true(lambda s: s.container.snapshots.get(1).connection is Connection
 # ---------------------------------------------------------------------- items that can't be read
 def spoilt(item=1):
     """From now on that item can't be read."""
-    return each(do(lambda s: s.network.unreadable.add(("R1", item or s.noted[-1]))), without_state(item))
+    return each(do(lambda s: s.network.unreadable.add(("R1", item))), without_state(item))
 
 
 def without_state(item=1):
-    return do(lambda s: s.network.shown.update({("R1", item or s.noted[-1]): {"state": None}}))
+    return do(lambda s: s.network.shown.update({("R1", item): {"state": None}}))
 
 
 REPAIRED = do(lambda s: (s.network.unreadable.clear(), s.network.shown.clear()))
-STRANGER = do(lambda s: s.noted.append(s.stranger_queues()))
 
 
 ARRIVES = do(lambda s: s.container.make_client(s.robot("R1")).enqueue(s.row().mission_guid, description=s.row().token))
@@ -92,8 +91,8 @@ test_unreadable = cases_of(
     ),
     Story(
         "an unknown outcome is found next to a stranger's",
-        [plan(), post(ANSWER_LOST), 300.1, STRANGER],
-        spoilt(None),
+        [plan(), post(ANSWER_LOST), 300.1, stranger()],
+        spoilt(2),
         [600, ends(DONE), tries(1)],
     ),
     Story(
