@@ -183,7 +183,7 @@ class PastOrders:
         return now and min(sent.date or now, now - timedelta(seconds=self._clock() - sent.at)) - CLOCK_STEPS
 
     def _seconds_since(self, sent: Sent, since: datetime | None) -> float:
-        """At most."""
+        """How many seconds ago it was sent, at the most: by the fleet's clock where that is known, else by the tablet's."""
         now = self._notes.time
         return (now - since).total_seconds() if now and since else self._clock() - sent.at
 

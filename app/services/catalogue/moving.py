@@ -94,7 +94,7 @@ def _move(
     any_day: bool,
     respects: bool | None = None,
 ) -> Moved:
-    """``respects``: whether a one-time schedule keeps off days off from now on; None: as it does."""
+    """``respects``: whether a one-time schedule avoids days off from now on; None: as it does."""
     shown, whole = _read(edit, schedule_id)
     _check_can_be_moved(edit, shown, instant)
     changed = _moved(shown, whole, instant, to, robot_id, group_id)

@@ -137,7 +137,8 @@ class InDoubt:
         return Moment(self._seen.time, self._clock.now(), self._clock.monotonic())
 
     def _seconds_since(self, then: Moment | None) -> float:
-        """At most: neither a sleep of the tablet nor a clock that is set back shortens them."""
+        """By each clock since its own reading then, and of these the most: so neither a sleep of the tablet nor a clock that was
+        set back shortens them."""
         now = self._now
         by_fleet, by_tablet, mono = then or now
         passed = now.by_fleet - by_fleet, now.by_tablet - by_tablet
