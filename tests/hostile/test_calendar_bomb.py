@@ -14,6 +14,7 @@ from app.domain.models import InvalidInput
 from app.services.files import calendar_days, ics
 from app.services.files.calendar_days import read_days
 
+FAR_TOO_LONG = 60.0  # s of processor time; each takes less than one
 TODAY = date(2026, 11, 23)
 MONTHS = "BYMONTH=" + ",".join(map(str, range(1, 13)))
 EVERY_DAY = f"RRULE:FREQ=YEARLY;{MONTHS};BYDAY=MO,TU,WE,TH,FR,SA,SU"
@@ -125,7 +126,7 @@ def test_long_calendars_are_read_quickly(content):
     read(calendar([]))
     begins = time.process_time()
     assert len(read(content).events) == 1
-    assert time.process_time() - begins < 10
+    assert time.process_time() - begins < FAR_TOO_LONG
 
 
 def test_a_file_of_events_alone_has_a_limit():
@@ -155,7 +156,7 @@ def test_a_zone_that_changes_all_the_time_ends_in_time(rule):
     read(calendar([]))
     begins = time.process_time()
     assert [event.whole for event in read(content).events] == [False]
-    assert time.process_time() - begins < 5
+    assert time.process_time() - begins < FAR_TOO_LONG
 
 
 def test_zones_that_no_event_uses_cost_nothing(monkeypatch):
@@ -173,7 +174,7 @@ def test_reading_ends_in_time(monkeypatch):
     begins = time.process_time()
     with pytest.raises(ics.TooMuch, match="too much work"):
         read(calendar(*[[NEVER]] * 1_000))
-    assert time.process_time() - begins < 15
+    assert time.process_time() - begins < FAR_TOO_LONG
 
 
 @pytest.mark.parametrize("starts", [pytest.param("16010101", marks=pytest.mark.long), "20270101"])
@@ -191,7 +192,7 @@ def test_a_rule_that_names_no_day_takes_little_time(starts, rule):
     read(calendar([]))
     begins = time.process_time()
     assert read(content).events == []
-    assert time.process_time() - begins < 4
+    assert time.process_time() - begins < FAR_TOO_LONG
 
 
 def test_a_calendar_bomb_is_refused_in_one_sentence(container, tmp_path):
