@@ -205,13 +205,17 @@ class OwnItems:
                 return None
             if not do_ids_grow:  # the newest is all that can be seen
                 return highest
-            newer = self._client.items_after(last_queue_id)
+            newer = [item for item in self._client.items_after(last_queue_id) if self._may_have_used_robot(item)]
         except (Refusal, Unreadable) as error:
             log.info(
                 "What %r has executed since its last idle mission is not known: %s", self._seen.robot.name, error.text
             )
             return None
         return max(item.id for item in newer) if newer and all(map(self._is_of_idle_mission, newer)) else None
+
+    def _may_have_used_robot(self, item: QueueItem) -> bool:
+        """A fleet's order that was deleted before a robot got it, as that of a check-up, has used none."""
+        return self._client.capabilities.own_queue or bool(item.vehicle) or item.may_be_open
 
     def _is_of_idle_mission(self, item: QueueItem) -> bool:
         row = self._ledger.by_token(item.description) if item.has_token else None
