@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import timedelta
+from math import ceil
 
 from app.database.check_ups import CheckUpRepository
 from app.domain.models import Fleet, InvalidInput
@@ -102,8 +104,9 @@ def remove(edit: Edit, fleet_id: int) -> Removed:
         raise InvalidInput(
             "fleet",
             "{fleet} may still have the order of its check-up, which would begin tomorrow: the app deletes it as soon as it can "
-            "sign in there",
+            "sign in there. If that is impossible, {fleet} can be removed in {hours} h",
             fleet=fleet.name,
+            hours=ceil((left.begins_by - edit.now) / timedelta(hours=1)),
         )
     of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]
     for code in ("needs_password", "check_up_left"):
