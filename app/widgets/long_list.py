@@ -18,7 +18,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from kivy.uix.relativelayout import RelativeLayout
 
 from app.widgets.events import Fires
-from app.widgets.lists import Standing
+from app.widgets.lists import KeptOrder
 from app.widgets.places import places
 from app.widgets.scrolling import CalmScroll
 
@@ -59,10 +59,10 @@ class LongList(Fires, CalmScroll):
     __events__ = ("on_action", "on_end")
 
     def __init__(self, **kwargs):
-        self.standing = Standing(self._sort_again)
+        self.kept = KeptOrder(self._sort_again)
+        self._has_changed = False  # since its rows were placed
         self._rows: list = []  # the data in the order in which they are shown
         self._keys: list = []
-        self._known: list = []
         self._places: dict = {}  # of keys in the list
         self._tops: list[float] = [0.0]  # of each row, from the top of the content; the last is the whole height
         self._heights: dict = {}
@@ -127,36 +127,27 @@ class LongList(Fires, CalmScroll):
         return self._keys[n] if key in self._places and 0 <= n < len(self._keys) else None
 
     # ------------------------------------------------------------------ what is where
-    @property
-    def rows(self) -> list:
-        """The parts of them that can be pressed, in no order."""
-        return [seat.view for seat in self._live.values()]
-
-    def keys_of(self, data) -> list:
-        """The keys of what can be pressed."""
-        return [row.key for row in data]
-
     def shown_order(self) -> list:
         """The data in the order in which they are shown."""
-        return self.standing.in_order(self.data, self._keys)
+        return self.kept.in_order(self.data, self._keys)
 
     def _sort_again(self):
         self._changed()
 
     def _ordered(self, *_):
-        self.standing.sort_at_once()
+        self.kept.sort_at_once()
         self._sort_again()
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
-            self.standing.touched()
+            self.kept.touched()
         return super().on_touch_down(touch)
 
     def _changed(self, *_):
         self._rows = self.shown_order()
-        self.standing.note(self._known, known := self.keys_of(self._rows), self.rows)
-        self._known = known
         before, self._keys = self._keys, [row.key for row in self._rows]
+        self._has_changed = bool(before)
+        places.change(self)
         self._places = {key: n for n, key in enumerate(self._keys)}
         if len(self._places) != len(self._keys):
             raise ValueError("two rows with one key")
@@ -255,8 +246,7 @@ class LongList(Fires, CalmScroll):
             seat = self._live.get(key)
             if seat is None:
                 seat = self._live[key] = self._seat_for(self._rows[n])
-                seat.view.came = Clock.get_time()
-                places.forget(seat)
+                places.come(seat, among_others=self._has_changed)
                 seat.view.take(self._rows[n])
                 if seat.parent is None:
                     self._content.add_widget(seat)
@@ -264,8 +254,6 @@ class LongList(Fires, CalmScroll):
             view.width = self.width
             seat.pos = 0, self._content.height - self._tops[n] - view.height
             if self._heights.get(key) != view.height:
-                if key in self._heights:
-                    self.standing.grown(view, self.rows)
                 self._heights[key] = view.height
                 self._changed_from = n if self._changed_from is None else min(n, self._changed_from)
                 self._arrange()
@@ -273,6 +261,7 @@ class LongList(Fires, CalmScroll):
             if seat.parent is not None:
                 self._content.remove_widget(seat)
         self._forget_spare()
+        self._has_changed = False
 
     def _seat_for(self, data) -> Seat:
         """One that shows that row already has the least to do."""
@@ -291,7 +280,7 @@ class LongList(Fires, CalmScroll):
 
     def _new_seat(self, data):
         view = Factory.get(self.viewclass)(item=data, size_hint=(None, None), width=self.width)
-        view.host, view.standing = self, self.standing
+        view.host = self
         view.fbind("height", self._arrange)
         return Seat(view)
 

@@ -8,7 +8,6 @@ from kivy.factory import Factory
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets.lists import Row
 from app.widgets.long_list import LongList
 
 SPARE = 2  # shelves kept for panels that scroll into sight
@@ -51,13 +50,6 @@ class PanelGrid(LongList):
         shelves."""
         del self._spare[SPARE if len(self._live) < len(self._keys) else 0 :]
 
-    @property
-    def rows(self) -> list:
-        return [panel for shelf in super().rows for panel in shelf.children if isinstance(panel, Row)]
-
-    def keys_of(self, data) -> list:
-        return [panel.key for shelf in data for _name, panel in shelf.panels]
-
     def shown_order(self) -> list:
         """The panels keep their places, but not the shelves."""
         return list(self.data)
@@ -67,9 +59,8 @@ class PanelGrid(LongList):
 
     def _fill_shelves(self, _dt):
         columns, usual, spacing = int(self.columns), self.panelclass, self.spacing
-        panels = [
-            (getattr(panel, "panelclass", usual), panel) for panel in self.standing.in_order(self.panels, self._known)
-        ]
+        before = [panel.key for shelf in self.data for _name, panel in shelf.panels]
+        panels = [(getattr(panel, "panelclass", usual), panel) for panel in self.kept.in_order(self.panels, before)]
         shelves: list[Shelf] = []
         for name, panel in panels:
             whole = getattr(panel, "is_whole_row", False)
@@ -86,7 +77,7 @@ class PanelShelf(BoxLayout):
 
     item = ObjectProperty()
     key = property(lambda self: self.item.key)
-    host = standing = None
+    host = None
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
@@ -105,5 +96,5 @@ class PanelShelf(BoxLayout):
                 self.add_widget(spare[kind].pop(0) if spare[kind] else kind(item=panel) if panel else kind())
         self.item, self.spacing = shelf, shelf.spacing
         for view, (_name, panel) in zip(self.children[::-1], shelf.panels, strict=False):
-            view.host, view.standing = self.host, self.standing
+            view.host = self.host
             view.take(panel)

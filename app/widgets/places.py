@@ -13,7 +13,7 @@ from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.uix.scrollview import ScrollView
 
-STILL = 0.5  # s a button has to stand where it is
+STILL = 0.5  # s a button has to stand where it is, unless it says how long it has to be ``still``
 COMES = 0.5  # s in which one that has come finds its place
 MEANT = "what stood under the finger when it came down, and its meaning"  # key of touch.ud
 NOTHING = object()
@@ -29,14 +29,17 @@ class Place:
         scrolled = 0 if page is None else _top(page) - _top(page.children[0])
         left, bottom, right, top = self.edges = _edges(button)
         self.unscrolled = left, bottom + scrolled, right, top + scrolled
-        self.meaning = _meaning(button)
+        self.meaning, self.still = _meaning(button), getattr(button, "still", STILL)
         self.came, self.until = (before.came, before.until) if before else (now, 0.0)
         if now - self.came > COMES and self._is_another(before):
-            self.until = now + STILL
+            self.rest()
 
     def _is_another(self, before) -> bool:
         has_moved = _differ(before.edges, self.edges) and _differ(before.unscrolled, self.unscrolled)
         return has_moved or before.meaning != self.meaning
+
+    def rest(self) -> None:
+        self.until = Clock.get_time() + self.still
 
 
 class Places:
@@ -52,10 +55,19 @@ class Places:
         for name in ("pos", "size", "parent", *more):
             widget.fbind(name, self.changed)
 
-    def forget(self, widget) -> None:
-        """It is used for another thing, in another place."""
+    def come(self, widget, among_others: bool) -> None:
+        """It is new, or used for another thing in another place; where others have stood, a tap may have been meant for them."""
         for part in widget.walk(restrict=True):
             self._known.pop(part, None)
+            if among_others and getattr(part, "stands", False):
+                self._known[part] = Place(part, None)
+                self._known[part].rest()
+
+    def change(self, around) -> None:
+        """What is in it is about to change: whatever that moves has moved, also what has only just come."""
+        for part in around.walk(restrict=True):
+            if part in self._known:
+                self._known[part].came = 0.0
 
     def begin(self, touch) -> None:
         """A finger has come down there."""
@@ -77,7 +89,8 @@ class Places:
         """Also since the last frame."""
         place, now = self._known.get(button), Clock.get_time()
         if place is not None and (now < place.until or place.meaning != _meaning(button)):
-            place.meaning, place.until = _meaning(button), now + STILL  # longer for an impatient hand
+            place.meaning = _meaning(button)
+            place.rest()  # longer for an impatient hand
             return True
         return False
 

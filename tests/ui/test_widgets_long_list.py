@@ -13,6 +13,7 @@ from app.widgets import long_list
 from app.widgets.choices import OptionRow
 from app.widgets.items import Item
 from app.widgets.list_row import ListRow
+from app.widgets.lists import Rows
 from app.widgets.long_list import LongList
 from app.widgets.text import Txt
 from tests.ui.test_widgets_lists import actions_of
@@ -183,13 +184,8 @@ def test_the_end_of_a_long_list_asks_for_more(ui):
 
 def test_a_row_that_became_another_while_pressed_does_nothing(ui):
     row = OptionRow(key=1, item=Item(1, "One"))
-    calls: list[tuple] = []
-
-    class Host:
-        def dispatch(self, _event, *values):
-            calls.append(values)
-
-    row.host = Host()
+    row.host = Rows()
+    calls = actions_of(row.host)
     ui.show(row, (400, 64))
     lift = ui.press(row)
     row.take(Item(2, "Two"))

@@ -154,7 +154,7 @@ def test_a_row_that_was_switched_stays_where_it_is_for_a_while(screen, container
     """A list by next start has those that are off at its end."""
     tab(screen, ui, "schedules")
     rows, before = ui.find(LongList, ui.find(SchedulesPage)), shown_order(ui)
-    rows.standing._keep.timeout = 10 * KEPT  # a busy machine draws many frames while it reads
+    rows.kept._keep.timeout = 10 * KEPT  # a busy machine draws many frames while it reads
     ui.tap(ui.find(Toggle, ui.find(ScheduleRow, key=before[1])))
     settle(screen, ui)
     assert before[1] in [data.key for data in screen.plan.listed.rows[-2:]]
