@@ -278,6 +278,21 @@ class ScheduleRepository(Table[Schedule]):
         ).fetchone()
         return to_optional_instant(row[0])
 
+    def next_starts(
+        self, c: sqlite3.Connection, after: datetime, until: datetime
+    ) -> list[tuple[datetime, str, int | None, int | None, int]]:
+        """The next start of each schedule, if it is after one instant and not after the other, and no pause skips it: when,
+        the mission's name, the ids of its robot and its group, and the priority. In order of time."""
+        rows = c.execute(
+            """SELECT next_at, missions.name, schedules.robot_id, group_id, priority FROM current_schedules AS schedules
+                            JOIN current_missions AS missions ON missions.id = mission_id
+                            WHERE enabled = 1 AND next_at > ? AND next_at <= ?
+                                AND (paused_until IS NULL OR paused_until <= next_at)
+                            ORDER BY next_at, schedules.id""",
+            (to_text(after), to_text(until)),
+        )
+        return [(to_instant(at), *rest) for at, *rest in rows]
+
     def with_parameters(
         self, c: sqlite3.Connection, robot_id: int, until: datetime
     ) -> list[tuple[str, str, Mapping[str, Any]]]:

@@ -107,6 +107,7 @@ class _Assignment:
         self._idle = {robot.id for robot in usable if robot.is_free}
         self._room = dict(situation.room)
         self._missions: dict[int, str] = {}  # the first mission assigned to each robot
+        self._delays: dict[tuple[int, int, float], float] = {}  # known ones, until a robot gets something
 
     def choose_all(self) -> Iterator[Decision]:
         for start in sorted(self._situation.starts, key=self._rank):
@@ -153,6 +154,7 @@ class _Assignment:
         self._idle.discard(best.robot_id)
         self._missions.setdefault(best.robot_id, start.mission)
         self._free_s[best.robot_id] = best.done_s
+        self._delays.clear()
         if is_assigned:
             self._room.update({place: self._room[place] - 1 for place in start.places if place in self._room})
         return Decision(start, best.robot_id if is_assigned else None, options, ineligible, is_last_call=is_last_call)
@@ -194,20 +196,25 @@ class _Assignment:
     ) -> Option | None:
         """The best option including the delays it causes; None: waiting until after ``first``, for the same robots, is
         better than every option."""
-        before = delay(protected, self._free_s)
+        before = self._delay(start.priority, protected, options[0].robot_id, 0.0)
         best, least = None, float("inf")
         for option in options:
             if option.score >= least:  # its delay can't make it better
                 break
-            kept = self._free_s[option.robot_id]
             slow = self._situation.duration(option.robot_id, start.mission, slow=True) or option.lasts_s
-            self._free_s[option.robot_id] = kept + max(slow, option.lasts_s)
-            total = option.score + (delay(protected, self._free_s) - before) / weight(start.priority)
-            self._free_s[option.robot_id] = kept
+            after = self._delay(start.priority, protected, option.robot_id, max(slow, option.lasts_s))
+            total = option.score + (after - before) / weight(start.priority)
             if total < least:
                 best, least = option, total
         behind = max(0.0, first.planned_s) + options[0].score + options[0].lasts_s
         return best if least <= behind else None
+
+    def _delay(self, priority: int, protected: Sequence[PlannedStart], robot_id: int, busy_s: float) -> float:
+        """With this robot busy so much longer. Starts of one priority protect the same, so like ones ask the same."""
+        key = priority, robot_id, busy_s
+        if key not in self._delays:
+            self._delays[key] = delay(protected, {**self._free_s, robot_id: self._free_s[robot_id] + busy_s})
+        return self._delays[key]
 
 
 def _too_low(robot: Member, start: Start) -> Ineligible | None:

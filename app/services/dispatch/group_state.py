@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from datetime import datetime, timedelta
+from functools import cache
 from statistics import fmean
 from typing import Any
 from zoneinfo import ZoneInfo
@@ -16,7 +17,7 @@ from app.database.values import to_instant
 from app.domain.activity import at_work, can_work, is_free
 from app.domain.clock import midnight
 from app.domain.execution import DurationEstimate, Execution
-from app.domain.models import Connection, Group, HandOver, Mission, Robot, Schedule
+from app.domain.models import Connection, Group, HandOver, Mission, Robot
 from app.domain.robot import QueueItem, QueueState, RobotStatus, Spot, Stop, straight_way
 from app.services.allocation.choose import AHEAD, Advantage, Decision, Option
 from app.services.allocation.situation import (
@@ -110,9 +111,9 @@ class GroupState:
         self._mean_way: dict[str, float] = {}  # to each mission's first stop, of the robots that may get a start, in m
         self._spots: dict[int, Spot | None] = {}  # of each robot when it is free
         self._of_group: dict[str, DurationEstimate | None] = {}
-        self._configured = self._s.missions.all(self._c)
-        self._by_guid = {mission.guid: mission for mission in self._configured}
-        self._by_name = {(mission.robot_id, mission.name): mission for mission in self._configured}
+        configured = self._s.missions.all(self._c)
+        self._by_guid = {mission.guid: mission for mission in configured}
+        self._by_name = {(mission.robot_id, mission.name): mission for mission in configured}
         self._all, self._seem_free = tuple(sorted(members)), set[int]()
         self._room = GroupExecutionRepository().room(self._c)
         self.robots = {key: workers[key].robot for key in self._all if key in workers}
@@ -131,18 +132,19 @@ class GroupState:
 
     def _planned_starts(self, groups: Mapping[int, Group]) -> list[PlannedStart]:
         """The next start of each schedule that these robots may get."""
-        missions = {mission.id: mission.name for mission in self._configured}
-        found = []
-        for schedule in self._s.schedules.due(self._c, self._now + timedelta(seconds=AHEAD)):
-            group = groups.get(schedule.group_id or 0)
-            members = group.members if group is not None else () if schedule.robot_id is None else (schedule.robot_id,)
-            is_to_come = (
-                schedule.next_at is not None
-                and schedule.next_at > self._now
-                and not schedule.is_paused(schedule.next_at)
-            )
-            if schedule.next_at is not None and is_to_come and not set(members).isdisjoint(self.robots):
-                found.append(self._planned(schedule, schedule.next_at, missions[schedule.mission_id], members))
+
+        @cache
+        def longest(mission: str, members: tuple[int, ...]) -> float:
+            lasts = [self.duration(robot_id, mission, slow=True) for robot_id in members]
+            return max((seconds for seconds in lasts if seconds is not None), default=UNKNOWN_S)
+
+        found, until = [], self._now + timedelta(seconds=AHEAD)
+        for at, mission, robot_id, group_id, priority in self._s.schedules.next_starts(self._c, self._now, until):
+            group, is_fixed = groups.get(group_id or 0), robot_id is not None
+            members = group.members if group is not None else () if robot_id is None else (robot_id,)
+            if not self.robots.keys().isdisjoint(members):
+                lasts = longest(mission, members)
+                found.append(PlannedStart(mission, members, self._seconds(at), lasts, priority, is_fixed))
         return found
 
     def _seconds(self, instant: datetime) -> float:
@@ -261,19 +263,6 @@ class GroupState:
         own = {robot_id: found for robot_id in usable if (found := self.mission(robot_id, mission))}
         lacking = {robot_id for robot_id, found in own.items() if self._lacks(robot_id, found.guid)}
         return dict.fromkeys(lacking, Ineligible.LACKS_MISSION) if lacking != own.keys() else {}
-
-    def _planned(self, schedule: Schedule, at: datetime, mission: str, members: Sequence[int]) -> PlannedStart:
-        lasts = [
-            seconds for robot_id in members if (seconds := self.duration(robot_id, mission, slow=True)) is not None
-        ]
-        return PlannedStart(
-            mission,
-            tuple(members),
-            self._seconds(at),
-            max(lasts, default=UNKNOWN_S),
-            schedule.priority,
-            is_fixed=schedule.robot_id is not None,
-        )
 
     def mission(self, robot_id: int, name: str) -> Mission | None:
         """That robot's own of that name, or the one for all robots."""

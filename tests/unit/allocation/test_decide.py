@@ -301,6 +301,13 @@ def test_the_last_free_robot_is_kept_for_what_matters_more():
     assert assigned(start(priority=LOW, closes_s=1.0), robots=robots, planned=[planned_start(120.0)]) == {1: AINO.id}
 
 
+def test_delays_are_counted_again_after_a_start_has_its_place():
+    """With those of the first, which waits, the third would not have been kept from Veikko."""
+    starts = [start(n, priority=LOW, members=ids) for n, ids in ((1, (2, 3)), (2, (1,)), (3, (3,)))]
+    robots, planned = (busy(AINO, 120.0), SISU, VEIKKO), [planned_start(at) for at in (60.0, 300.0, 300.0)]
+    assert assigned(*starts, robots=robots, planned=planned) == {1: None, 2: None, 3: None}
+
+
 def test_a_fixed_start_is_protected_whatever_its_priority():
     two = replace(start(priority=HIGH), members=(1, 2))
     assert assigned(two, robots=(AINO, SISU), planned=[planned_start(60.0, (AINO.id,), LOW, is_fixed=True)]) == {

@@ -218,6 +218,9 @@ def test_due_are_the_enabled_ones_whose_time_has_come(db, schedule):
     db.write(lambda w: SCHEDULES.pause(w, second.id, None))
     assert SCHEDULES.next_to_run(c, schedule.robot_id) == second.next_at
     assert SCHEDULES.next_to_run(c, schedule.robot_id + 1) is None
+    soon = [(each.next_at, "Deliver", each.robot_id, None, each.priority) for each in (second, exact)]
+    assert SCHEDULES.next_starts(c, NOON - timedelta(minutes=2), NOON) == soon
+    assert SCHEDULES.next_starts(c, second.next_at, NOON) == soon[1:]
 
 
 def test_how_far_schedules_have_been_planned(db, schedule):
