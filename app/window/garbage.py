@@ -5,12 +5,12 @@ By default Python scans all of them from time to time, at any moment and on any 
 UI thread collects between two frames, as soon as there is enough to collect: a window that was turned and resized for a
 minute left 1 GB behind when only time decided, and 600 MB were never returned, as surviving objects were scattered in
 it. Surviving objects are frozen (excluded from the next collections), so that these don't get slower with every visited
-screen. Frozen objects that die are only found when everything is scanned. So that comes first, and nothing is frozen
-before much more is alive than comes and goes by itself, a form, a dialog and two sections of Settings: at 100,000
-objects nearly all of these were frozen before they closed, and 40 MB of them waited for the next scan.
+screen. Frozen objects that die are only found when everything is scanned. That takes 0.3 s to 2 s, in which no thread
+of Python runs, so it waits until the screen is not touched: a finger that is not answered presses again, and presses
+what has come instead.
 
-The heap never shrinks, as surviving objects lie everywhere in it. So before it grows beyond its largest size so far,
-everything is scanned too: then its size is that of live objects, without garbage.
+The heap never shrinks, as surviving objects lie everywhere in it. So before it grows far beyond its largest size so
+far, everything is scanned in use too: then its size is that of live objects, without garbage.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ from collections.abc import Callable
 
 NEW = 25_000  # objects that have come since the last collection: if all are garbage it takes 30 ms
 SOME = 5_000  # also, if there may be no room for new objects
-AT_REST = 100_000  # new live objects since the last full scan that cause another, and freezing, at the next rest: 0.3 s
-ALIVE = 150_000  # also while the screen is in use: until then a collection takes up to 20 ms
-AT_THE_LATEST = 250_000  # also while a dialog is open, which would be frozen too: 30 ms
+AT_REST = 100_000  # new live objects since the last full scan that cause another at the next rest
+ALIVE = 150_000  # new live objects that are frozen in use: until then a collection takes up to 20 ms
 MUCH = 50_000  # garbage, in objects; a sixth of it is only found by another scan
-USUAL = 1_000_000  # blocks of a window that has shown its screens: before that nothing can be saved
+USUAL = 1_200_000  # blocks of a window that has shown its screens: before that nothing can be saved
 MORE = 40_000  # blocks that Python's heap may grow beyond its largest live size, 3 MB
+IN_USE = 200_000  # blocks more, 15 MB, until the screen rests
 BURST = 120_000  # new in one frame when a section is built: garbage leaves room for them
 EVERY = 300.0  # s between collections at rest, however little there is
 LET_GO = 2.0  # s after which nothing holds removed screens
@@ -37,13 +37,13 @@ FALLBACK = (400_000, 5, 5)  # Python's own thresholds, for when no frames are dr
 
 
 class Garbage:
-    """``now`` is a monotonic clock in s; ``is_calm()`` is whether nothing is open that will close. Call ``touched`` at every touch,
-    ``collect_due`` every frame, both on the UI thread."""
+    """``now`` is a monotonic clock in s. Call ``touched`` at every touch, ``collect_due`` every frame, both on the UI
+    thread."""
 
-    def __init__(self, now: Callable[[], float], is_calm: Callable[[], bool] = lambda: True, room: int = USUAL) -> None:
-        self._now, self._is_calm = now, is_calm
+    def __init__(self, now: Callable[[], float], room: int = USUAL) -> None:
+        self._now = now
         self._touched_at = self._collected_at = now()
-        self._alive = 0  # objects that are not frozen, at the last collection
+        self._is_scan_due = False  # at the next rest
         self._room = room  # blocks that the heap may have before everything is scanned
         self._gone_at: float | None = None
         self._before: tuple[int, int, int] | None = None
@@ -74,31 +74,34 @@ class Garbage:
         """Collect what is due; mostly nothing."""
         now, new = self._now(), gc.get_count()[0]
         rests = now - self._touched_at >= REST
-        if new >= NEW or (new >= SOME and self._is_full(BURST)) or (rests and now - self._collected_at >= EVERY):
+        room = self._room if rests else self._room + IN_USE
+        if new >= NEW or (new >= SOME and blocks() > room - BURST) or (rests and now - self._collected_at >= EVERY):
             gc.collect()
             self._collected_at = now
-            self._alive = len(gc.get_objects(generation=2))
-            if self._is_full(MORE // 4):  # else it would be again in a moment
+            alive, close = len(gc.get_objects(generation=2)), MORE // 4  # else it would be full again in a moment
+            if alive >= AT_REST or blocks() > self._room - close:
+                self._is_scan_due = True
+            if blocks() > room - close:
                 self._scan_all()
-        elif self._is_scan_due(rests) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
+            elif alive >= ALIVE:
+                gc.freeze()
+        elif (rests and self._is_scan_due) or (self._gone_at is not None and now - self._gone_at >= LET_GO):
             self._scan_all()
             self._gone_at = None
-
-    def _is_full(self, still_to_come: int = 0) -> bool:
-        """Takes 0.05 ms."""
-        return sys.getallocatedblocks() + still_to_come > self._room
-
-    def _is_scan_due(self, rests: bool) -> bool:
-        return self._alive >= AT_THE_LATEST or (self._alive >= (AT_REST if rests else ALIVE) and self._is_calm())
 
     def _scan_all(self) -> None:
         gc.unfreeze()
         if gc.collect() >= MUCH:
             gc.collect()  # the rest of it: kivy's callbacks for a change of the screen's density hold themselves
         gc.freeze()
-        self._alive = 0
-        self._room = max(self._room, sys.getallocatedblocks() + MORE)
+        self._is_scan_due = False
+        self._room = max(self._room, blocks() + MORE)
         give_back()
+
+
+def blocks() -> int:
+    """Of Python's heap, in use. Takes 0.05 ms."""
+    return sys.getallocatedblocks()
 
 
 def give_back() -> None:

@@ -205,9 +205,7 @@ def quiet_garbage(app=None) -> Iterator[None]:  # type: ignore[no-untyped-def]
     from kivy.clock import Clock
     from kivy.core.window import Window
 
-    from app.widgets.menu import Menu
-
-    garbage = Garbage(Clock.get_time, lambda: not any(isinstance(top, Menu) for top in Window.children))
+    garbage = Garbage(Clock.get_time)
     garbage.begin()
     if app is not None:
         app.much_has_gone = garbage.much_has_gone
