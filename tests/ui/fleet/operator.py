@@ -78,13 +78,6 @@ def settle(app, ui) -> None:
 
 
 def tab_to(ui, kind: type, **values) -> None:
-    targets = KeyFocus().targets()
-    for _n in range(
-        1
-        + next(
-            n
-            for n, target in enumerate(targets)
-            if isinstance(target, kind) and all(getattr(target, name) == value for name, value in values.items())
-        )
-    ):
+    target = ui.find(kind, **values)
+    for _n in range(KeyFocus().targets().index(target) + 1):
         ui.key(TAB)
