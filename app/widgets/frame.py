@@ -4,6 +4,7 @@
 import math
 
 from kivy.clock import Clock
+from kivy.core.window import Window
 from kivy.properties import (
     BooleanProperty,
     ColorProperty,
@@ -24,6 +25,7 @@ from kivymd.uix.screenmanager import MDScreenManager
 from app.widgets import finger
 from app.widgets.dock import dock
 from app.widgets.events import Fires
+from app.widgets.menu import ESCAPE
 from app.widgets.rest import BY_ITSELF, from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
@@ -33,7 +35,8 @@ SETTLES = 0.5  # s after another banner has come, in which a touch was meant for
 
 class TopBar(Fires, MDTopAppBar):
     """The tabs of the present screen, or its title if it has none; the time; and the bell, which keeps its place. With
-    ``can_go_back`` an arrow is in front of the tabs. ``on_choose_tab(key)``, ``on_back``, ``on_list_alarms`` are taps.
+    ``can_go_back`` an arrow is in front of the tabs, and Esc does what it does. ``on_choose_tab(key)``, ``on_back``,
+    ``on_list_alarms`` are taps.
     """
 
     title = StringProperty()
@@ -48,6 +51,15 @@ class TopBar(Fires, MDTopAppBar):
     free_right = NumericProperty(0)
 
     __events__ = ("on_choose_tab", "on_back", "on_list_alarms")
+
+    def on_can_go_back(self, *_):
+        (Window.bind if self.can_go_back else Window.unbind)(on_keyboard=self._key)
+
+    def _key(self, _window, key, *_):
+        if key != ESCAPE or dock.field is not None:
+            return False
+        self.dispatch("on_back")
+        return True
 
     def on_free_left(self, *_):
         dock.free_left = self.free_left

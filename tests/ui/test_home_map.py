@@ -12,6 +12,7 @@ from kivy.metrics import sp
 from app.screens.home.cards import PlaceMap
 from app.screens.home.map import Marker
 from app.widgets.robot_map import RobotMap, WholeMap
+from app.window.key_focus import ESCAPE
 from mir_sim import world
 from tests.ui.home.operator import open_robot, run
 from tests.ui.whole_app import api, plant, shown
@@ -64,7 +65,7 @@ def test_each_robot_has_its_own_position_and_an_offline_one_looks_so(site, ui):
 
 
 def test_a_tap_opens_all_of_the_map_with_every_robot_on_it(site, ui):
-    with shown(site.container, ui) as app:
+    with shown(site.container, ui):
         ui.wait(lambda: ui.find_all(PlaceMap))
         ui.tap(ui.find(PlaceMap))
         ui.wait(lambda: len(ui.find(WholeMap).robots) == 2)
@@ -74,7 +75,7 @@ def test_a_tap_opens_all_of_the_map_with_every_robot_on_it(site, ui):
         site.aino.control({"emergency_stop": True})
         ui.wait(lambda: chart.robots[0] != before)
         assert {robot.name for robot in chart.robots} >= {"Aino · Stopped"}
-        app.shell.navigator.screen("home").go_back()
+        ui.key(ESCAPE)
         ui.wait(lambda: not ui.find_all(WholeMap))
 
 

@@ -18,7 +18,7 @@ from app.widgets.items import Tab
 from app.widgets.tabs import TabButton
 from app.widgets.text import Ico
 from app.widgets.tokens import apply_theme, tk
-from app.window.key_focus import ENTER, TAB
+from app.window.key_focus import ENTER, ESCAPE, TAB
 from tests.ui import checks
 from tests.ui.drawing import fired
 
@@ -147,14 +147,17 @@ def test_the_tabs_of_the_present_screen_are_in_the_bar(ui):
     assert [button.tab.key for button in ui.find_all(TabButton) if button.active] == ["past"]
 
 
-def test_a_screen_with_a_way_back_has_an_arrow_in_front_of_its_tabs(ui):
+def test_a_screen_with_a_way_back_has_an_arrow_in_front_of_its_tabs_and_obeys_escape(ui):
     window = frame(ui)
     screen, back = ScreenBase(tabs=[Tab("open", "Open")], tab="open", name="alarms", can_go_back=True), []
     screen.go_back = lambda: back.append(1)
     window.add_widget(screen)
     ui.advance()
     ui.tap(ui.find(Ico, icon="arrow-left"))
-    assert back == [1]
+    ui.key(ESCAPE)
+    screen.can_go_back = False
+    ui.key(ESCAPE)
+    assert back == [1, 1]
 
 
 @pytest.mark.parametrize(
