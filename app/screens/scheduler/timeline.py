@@ -28,8 +28,8 @@ from app.widgets.time_scale import TimeScale
 SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 85  # share of the visible part: bars this short, and this close together (twice), become one
 MERGED_FROM = 3  # of them
-ROOM = 4  # lanes that are seen at once
-MANY = 12  # lanes with bars; of more those of a group are one line
+FEW = 4  # robots, among which none is chosen
+MANY = 12  # lanes, as many as are seen at once; of more with bars, those of a group are one line
 IDLE = "idle"  # key of the line for robots without a bar
 CONTENDING = ("planned", "running", "draft")  # states of bars that need their robot
 SPANS = (6, 8, 24, 168)  # hours to choose from
@@ -140,11 +140,11 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
 
 
 def _with_idle_last(facts: SchedulerFacts, lanes: Sequence[Lane], opened: Hashable) -> tuple[Lane, ...]:
-    """With many robots, those without a bar are one line, and below it when it is open. What stands for any robot of a
-    fleet is none of them."""
+    """With many robots, those without a bar are one line, and below it when it is open: with a few there is room for
+    all. What stands for any robot of a fleet is none of them."""
     either = {robot.id for robot in facts.robots if robot.is_any}
     idle = [lane for lane in lanes if not lane.bars and not lane.line and lane.key not in either]
-    if len(lanes) <= ROOM or len(idle) < 2:
+    if len(lanes) <= MANY or len(idle) < 2:
         return tuple(lanes)
     is_open = opened == IDLE
     words = ngettext("{n} robot with nothing planned", "{n} robots with nothing planned", len(idle)).format(n=len(idle))
@@ -156,7 +156,7 @@ def _with_idle_last(facts: SchedulerFacts, lanes: Sequence[Lane], opened: Hashab
 
 
 def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
-    if len(facts.robots) <= ROOM:
+    if len(facts.robots) <= FEW:
         return ""
     if len(chosen) == 1:
         return chosen[0].name

@@ -282,12 +282,8 @@ def test_robots_with_nothing_planned_share_one_line_that_opens():
     assert not shown[2].is_open
     opened = lanes(Window(opened=IDLE))
     assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
-    assert [lane.name for lane in lanes(robots=FLEET[:4], planned=())] == [
-        "R01",
-        "R02",
-        "R03",
-        "R04",
-    ]  # all are seen anyway
+    few = lanes(robots=FLEET[:MANY], planned=(planned(22, robot=FLEET[0]),))
+    assert [lane.name for lane in few] == [robot.name for robot in FLEET[:MANY]]  # there is room for all
 
 
 def test_what_stands_for_any_robot_of_a_fleet_is_none_of_them():
