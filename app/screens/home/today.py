@@ -51,7 +51,9 @@ def today(facts: HomeFacts, robot: Robot, now: datetime, room: float = 7.0) -> t
     if len(queue) + WAITS_FOR_GROUP * len(waiting) > room:  # what is blocked is never below the fold
         others = sorted(others, key=lambda row: not row.meta_tone)
     rows = [*_done(facts, now, done), *now_row, *waiting, *others, *planned]
-    return tuple(rows) or (Item(("nothing",), _empty(robot), strong=False, opens=False),)
+    if not rows and not facts.is_new:
+        rows = [Item(("nothing",), _empty(robot), strong=False, opens=False)]
+    return tuple(rows)
 
 
 def _empty(robot: Robot) -> str:

@@ -165,6 +165,7 @@ def test_nothing_at_all_is_said_and_a_missing_password_too():
     assert [row.title for row in rows(nothing)] == ["Nothing done, nothing planned"]
     waiting = replace(nothing, robots=(replace(AINO, enabled=False, needs_password=True),))
     assert [row.title for row in rows(waiting)] == ["Nothing starts before its password is entered"]
+    assert rows(nothing.about(3)) == []  # its plan is still to be read
 
 
 # ---------------------------------------------------------------------- now
