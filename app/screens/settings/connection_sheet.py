@@ -242,7 +242,7 @@ class ConnectionSheet(FieldsSheet):
             return
         self._tested, self._found = asked, None
         if isinstance(problem, Unauthorized):
-            form.password_problem = sentence_of(problem)
+            form.password_problem = sentence_of(problem) if form.has_user else _("The fleet doesn't accept the API key")
             self._name_buttons()
             return
         self.outcome = went_wrong(problem)

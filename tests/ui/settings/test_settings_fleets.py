@@ -119,6 +119,18 @@ def test_a_wrong_password_is_said_at_its_field(site, app, ui, hall):
     assert fleets(site) == []  # a test saves nothing
 
 
+def test_a_wrong_api_key_is_said_at_its_field(site, app, ui):
+    go(ui, "robots")
+    add(ui, "Add fleet")
+    with mir_sim.serve(robots=1, fleet="enterprise") as served:
+        sheet = fill_in(ui, name="Hall 2", address=served.above.url)
+        sheet.choose_kind(FleetKind.ENTERPRISE)
+        enter(ui, sheet.ids.password_field, "wrong")
+        press(ui, "Test connection", sheet)
+        ui.wait(lambda: sheet.vm.password_problem)
+    assert sheet.vm.password_problem == "The fleet doesn't accept the API key"
+
+
 def test_from_the_fleet_to_the_log(site, app, ui, added):
     add_aino(site, ui)
     ui.wait(lambda: row_of_plan(ui, "Aino"))
