@@ -106,14 +106,9 @@ class FleetSheet(ConnectionSheet):
         fleet, context = self.stored, self.context
         items = [
             Option("robots", _("Robots of the fleet"), "robot-outline", disabled=fleet.needs_password),
-            Option("check up", _("Check up"), "clipboard-check-outline", disabled=fleet.needs_password),
             Option("delete", _("Delete"), "delete-outline", tone="fault"),
         ]
-        acts: dict[str, Callable[[], object]] = {
-            "robots": self.show_robots,
-            "check up": self.check_up,
-            "delete": self.remove,
-        }
+        acts: dict[str, Callable[[], object]] = {"robots": self.show_robots, "delete": self.remove}
         context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
 
     def check_up(self) -> None:

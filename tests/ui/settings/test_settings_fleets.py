@@ -153,7 +153,7 @@ def test_from_the_fleet_to_the_log(site, app, ui, added):
 @pytest.mark.long
 def test_a_fleet_is_checked_up_with_a_mission_and_a_robot_that_a_person_chooses(site, app, ui, added):
     sheet = open_row(ui, "Hall 2")
-    choose(ui, "Check up", sheet)
+    press(ui, "Check up", sheet)
     ui.wait(lambda: ui.find_all(CheckUpSheet))
     check_up = ui.find(CheckUpSheet)
     assert check_up.foot_off == "Choose a mission and a robot"
@@ -167,7 +167,7 @@ def test_a_fleet_is_checked_up_with_a_mission_and_a_robot_that_a_person_chooses(
     go(ui, "about")
     ui.wait(lambda: [text for text in app.shell.snackbars.texts if text.startswith("Hall 2 is checked up: ")], 60)
     go(ui, "robots")
-    choose(ui, "Check up", open_row(ui, "Hall 2"))
+    press(ui, "Check up", open_row(ui, "Hall 2"))
     ui.wait(lambda: ui.find_all(CheckUpSheet) and ui.find(CheckUpSheet).vm.part == "CheckUpReport")
     assert says(ui, "The app's mark comes back in the description")
     ui.wait(lambda: fleets(site)[0].known is not None)
