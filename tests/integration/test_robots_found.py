@@ -99,6 +99,6 @@ def test_an_answer_that_never_ends_is_no_robot(monkeypatch, begin, goes_on):
         address = f"127.0.0.1:{server.getsockname()[1]}"
         asked_at = time.monotonic()
         assert found(address) == {address: None}
-        assert time.monotonic() - asked_at < 5.0
-        dripping.join(5.0)
+        assert time.monotonic() - asked_at < 20.0
+        dripping.join(30)
         assert not dripping.is_alive()

@@ -114,19 +114,19 @@ def test_a_hold_is_kept_though_a_release_that_began_earlier_is_read_later(tmp_pa
         found = everything(repository, c)
         if threading.current_thread() is releasing and not c.in_transaction:
             has_read.set()
-            may_go_on.wait(5)
+            may_go_on.wait(30)
         return found
 
     monkeypatch.setattr(HoldRepository, "all", slowly)
     releasing = threading.Thread(target=holds.release)
     releasing.start()
-    assert has_read.wait(5)
+    assert has_read.wait(30)
     holding = threading.Thread(target=holds.hold, args=("stop everything",))
     holding.start()
     holding.join(0.2)  # it waits for the release, or has come before it
     may_go_on.set()
-    releasing.join(5)
-    holding.join(5)
+    releasing.join(30)
+    holding.join(30)
     assert [hold.reason for hold in holds.current()] == [
         hold.reason for hold in everything(HoldRepository(), db.read())
     ]

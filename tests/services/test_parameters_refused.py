@@ -195,7 +195,7 @@ def test_robots_that_hang_hold_up_a_file_for_some_seconds_at_most(hall, monkeypa
         == {}
     )
     waits.set()
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 20
 
 
 def test_what_can_no_longer_be_read_was_never_said(site, robot, mission):

@@ -153,7 +153,7 @@ def test_newer_work_with_the_same_key_supersedes_older(ui, background):
     done: list[str] = []
 
     def slow():
-        gate.wait(10)
+        gate.wait(30)
         return "old"
 
     background.run(slow, done.append, key="search")
@@ -172,7 +172,7 @@ def test_threads_of_work_apart_end_with_it(ui, background):
 
     done, go = [], threading.Event()
     for n in range(6):
-        background.run(lambda n=n: go.wait(5) and n, done.append, apart=f"check-up {n // 2}")
+        background.run(lambda n=n: go.wait(30) and n, done.append, apart=f"check-up {n // 2}")
     assert len(threads()) == 6
     go.set()
     ui.wait(lambda: len(done) == 6 and not threads())
@@ -190,7 +190,7 @@ def test_threads_that_a_crowd_needed_end_with_it(ui, bus, count, stay):
     others = set(threading.enumerate())
     background, done, go = Background(bus), [], threading.Event()
     for n in range(count):
-        background.run(lambda n=n: go.wait(5) and n, done.append)
+        background.run(lambda n=n: go.wait(30) and n, done.append)
     assert len(threads()) == count
     go.set()
     ui.wait(lambda: len(done) == count and len(threads()) == stay)
@@ -206,7 +206,7 @@ def test_work_queued_before_the_end_is_done_and_separate_work_is_not_awaited(ui,
     monkeypatch.setattr(threads, "LAST_WORDS", 30)
     background, done, go = Background(bus, workers=1), [], threading.Event()
     for _n in range(3):
-        background.run(lambda: done.append(go.wait(5)), apart="check-up")
+        background.run(lambda: done.append(go.wait(30)), apart="check-up")
     background.run(lambda: time.sleep(0.05))  # s
     background.run(lambda: done.append("saved"))
     background.close()
@@ -221,23 +221,23 @@ def test_what_fails_after_the_end_is_logged_if_it_was_pressed(ui, bus, caplog, a
 
     def refused():
         began.set()
-        go.wait(5)
+        go.wait(30)
         raise ConnectionError
 
     background.run(refused, apart=apart)
     work = [thread for thread in threading.enumerate() if thread.name.startswith("ui-")]
-    assert began.wait(5)
+    assert began.wait(30)
     background.close()
     go.set()
     for thread in work:
-        thread.join(5)
+        thread.join(30)
     assert ("work in the background failed" in caplog.text) is logged
 
 
 def test_cancelled_work_delivers_nothing(ui, background):
     gate = threading.Event()
     done: list[object] = []
-    job = background.run(lambda: gate.wait(10), done.append)
+    job = background.run(lambda: gate.wait(30), done.append)
     job.cancel()
     gate.set()
     ui.wait(lambda: background.idle)

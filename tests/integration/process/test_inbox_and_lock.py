@@ -117,11 +117,11 @@ def test_an_app_that_was_restarted_at_once_is_asked_again(tmp_path):
 
     def has_ended():
         begun.set()
-        takes_over.wait(10)
+        takes_over.wait(30)
         return False
 
     def begin():
-        begun.wait(10)
+        begun.wait(30)
         for request in (tmp_path / "inbox").glob("*.request"):
             os.utime(request, (1000.0, 1000.0))
         Inbox(tmp_path, {}, since=2000.0)

@@ -16,7 +16,7 @@ from app.domain.execution import ReasonCode, State
 from app.domain.reasons import sentence
 from tests.support.seen import items, outcomes, reason
 
-PATIENCE = 5.0  # s
+PATIENCE = 30.0  # s
 TOGETHER = 3
 
 

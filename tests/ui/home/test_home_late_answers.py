@@ -156,7 +156,7 @@ def test_a_mission_for_another_robot_is_sent_while_one_is_still_being_stored(hom
     operator, goes_on, run_now = home.site.container.operator, Event(), home.site.container.operator.run_now
 
     def late(*args: object) -> object:
-        goes_on.wait(10)
+        goes_on.wait(30)
         return run_now(*args)
 
     monkeypatch.setattr(operator, "run_now", late)

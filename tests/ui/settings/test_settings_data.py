@@ -258,7 +258,7 @@ def test_an_import_from_a_share_that_hangs_delays_nothing_else(site, app, dead_s
     assert sheet.running
     done, all_there = [], threading.Barrier(4)  # as many as there are threads for what is pressed
     for _n in range(4):
-        app.shell.background.run(lambda: all_there.wait(10), done.append)
+        app.shell.background.run(lambda: all_there.wait(30), done.append)
     ui.wait(lambda: len(done) == 4)
     assert sheet.running
 

@@ -479,7 +479,7 @@ def test_a_robot_is_switched_off_while_its_connection_is_tested(site, app, ui):
 def test_a_search_that_is_stopped_says_how_many_were_asked(site, app, ui, monkeypatch):
     answer, asked = threading.Event(), []
     monkeypatch.setattr(finder, "addresses", lambda: [f"10.0.0.{n}" for n in range(150)])
-    monkeypatch.setattr(finder, "status_of", lambda address: asked.append(address) or (answer.wait(10) and None))
+    monkeypatch.setattr(finder, "status_of", lambda address: asked.append(address) or (answer.wait(30) and None))
     go(ui, "robots")
     add(ui, "Find robots")
     sheet = ui.find(FindSheet)

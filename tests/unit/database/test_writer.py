@@ -146,7 +146,7 @@ def pile_up(db: Database, works) -> list[object]:
 
     def hold(c):
         holding.set()
-        release.wait(10)
+        release.wait(30)
 
     def hand_in(number, work):
         try:
@@ -156,7 +156,7 @@ def pile_up(db: Database, works) -> list[object]:
 
     threads = [threading.Thread(target=db.write, args=(hold,))]
     threads[0].start()
-    assert holding.wait(10)
+    assert holding.wait(30)
     waiting = db._writer._tasks.qsize
     for number, work in enumerate(works):
         threads.append(threading.Thread(target=hand_in, args=(number, work)))
@@ -165,7 +165,7 @@ def pile_up(db: Database, works) -> list[object]:
             threading.Event().wait(0.001)
     release.set()
     for thread in threads:
-        thread.join(10)
+        thread.join(30)
     return outcomes
 
 
