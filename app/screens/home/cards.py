@@ -249,7 +249,7 @@ class SendTiles(OfHome, GridLayout):
                 self.add_widget(SendTile(on_release=self._press))
         for tile, option in zip(reversed(self.children), tiles, strict=True):
             tile.key, tile.icon, tile.text = option.key, option.icon, option.text
-            tile.disabled = bool(self.off) and option.key is not None
+            tile.disabled = option.disabled or (bool(self.off) and option.key is not None)
 
     def _press(self, tile: SendTile) -> None:
         if tile.key is None:

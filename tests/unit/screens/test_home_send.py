@@ -11,7 +11,7 @@ from app.database.robots import Hold
 from app.domain.execution import DurationEstimate
 from app.domain.models import Group, HandOver, Mission
 from app.screens.home.facts import HomeFacts
-from app.screens.home.send import SendView, Target, all_missions, send_view, tiles
+from app.screens.home.send import TILES, SendView, Target, all_missions, send_view, tiles
 from app.screens.home.view import present
 from tests.support.home_facts import (
     AINO,
@@ -60,6 +60,11 @@ def test_five_missions_are_one_tap_away_favourites_first():
         "Bring pallet to dock",
         "Waste to compactor",
     ]
+
+
+def test_tiles_have_their_places_before_the_missions_of_the_robot_are_read():
+    shown = tiles(FACTS.about(2))
+    assert (len(shown), {(tile.text, tile.disabled) for tile in shown}) == (TILES, {("", True)})
 
 
 def test_all_missions_can_be_searched_and_those_that_the_robot_lacks_say_so():
