@@ -47,6 +47,7 @@ from app.window.key_focus import KeyFocus
 log = logging.getLogger(__name__)
 RESULT_SHOWN_FOR = 8.0  # s for the outcome of restoring a backup
 SETTLED = 0.3  # s without another size of the window
+LOGGED_AGAIN = 60.0  # s between two entries about one failure: that of each frame fills all log files in a minute
 INPUT_DEVICES = Path("/proc/bus/input/devices")
 
 
@@ -342,18 +343,21 @@ class SchedulerApp(MDApp):
 
 
 class UiExceptionHandler(ExceptionHandler):
-    """Logs and shows what a handler raises, at most once a second, and keeps the event loop running."""
+    """Logs what a handler raises and shows it, at most once a second, and keeps the event loop running."""
 
     def __init__(self, show: Callable[[BaseException], object]) -> None:
         super().__init__()
         self._show = show
-        self._reported_at = float("-inf")
+        self._reported_at = self._logged_at = float("-inf")
+        self._logged = ""
 
     def handle_exception(self, inst: BaseException) -> int:
         if not isinstance(inst, Exception):  # KeyboardInterrupt and SystemExit end the app
             return ExceptionManager.RAISE
-        log.error("A handler of the window failed", exc_info=inst)
         now = Clock.get_time()
+        if repr(inst) != self._logged or now - self._logged_at >= LOGGED_AGAIN:
+            self._logged, self._logged_at = repr(inst), now
+            log.error("A handler of the window failed", exc_info=inst)
         if now - self._reported_at >= 1:
             self._reported_at = now
             try:

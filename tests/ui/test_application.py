@@ -94,12 +94,13 @@ def ask_for_cycles(site, ui, asked: list[bool]) -> None:
 
 
 # ---------------------------------------------------------------------- survival
-def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails():
+def test_a_flood_of_failures_is_reported_once_a_second_even_if_reporting_fails(caplog):
     reported = []
     survivor = UiExceptionHandler(reported.append)
-    for _n in range(5):
-        survivor.handle_exception(RuntimeError("x"))
+    for said in "xxxxxy":
+        survivor.handle_exception(RuntimeError(said))
     assert len(reported) == 1
+    assert [record.exc_info[1].args for record in caplog.records] == [("x",), ("y",)]  # each is logged
 
     def fails(_problem):
         raise ValueError
