@@ -5,6 +5,8 @@ from kivy.event import EventDispatcher
 from kivy.metrics import dp
 from kivy.properties import BooleanProperty, NumericProperty, ObjectProperty
 
+from app.widgets.around import around
+
 
 def is_tall(width, height) -> bool:
     """Of a window in px: one column, above the bar with the screens. A window that lies on its side has it only where a rail would
@@ -42,10 +44,7 @@ class Dock(EventDispatcher):
     def leave(self, widget) -> None:
         """Take the focus from the field inside ``widget``, which is removed: otherwise the field and everything around
         it would stay in memory."""
-        around = self.field
-        while around is not None and around is not widget:
-            around = around.parent if around.parent is not around else None  # a window is its own parent
-        if around is not None:
+        if widget in around(self.field):
             self.field.focus = False
 
 

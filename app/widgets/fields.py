@@ -22,11 +22,12 @@ from kivy.uix.textinput import TextInput
 from kivymd.uix.textfield import MDTextField
 
 from app.domain import writing
+from app.widgets.around import around
 from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.events import Fires
 from app.widgets.places import places
-from app.widgets.scrolling import page_around, turn_to
+from app.widgets.scrolling import CalmScroll, turn_to
 from app.widgets.slots import PartSlot
 from app.widgets.surfaces import OnlySeen, Tap
 
@@ -147,7 +148,7 @@ class FieldHelp(PartSlot):
     on_faulty = on_text
 
     def _bring_in_sight(self, _dt):
-        page = page_around(self)
+        page = next(around(self, CalmScroll), None)
         if page is None:
             return
         helps = (each for each in page.walk(restrict=True) if isinstance(each, FieldHelp))

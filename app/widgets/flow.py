@@ -8,6 +8,7 @@ from kivy.properties import ListProperty, NumericProperty, ObjectProperty, Strin
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.stacklayout import StackLayout
 
+from app.widgets.around import around
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet
 from app.widgets.events import Fires
@@ -15,7 +16,7 @@ from app.widgets.fields import Field
 from app.widgets.items import Option
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.rest import rest
-from app.widgets.sheet import sheet_around
+from app.widgets.sheet import Sheet
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
 
@@ -81,7 +82,7 @@ class ChoiceField(Field):
     def on_release(self):
         options = [Option(*option) for option in self.options]
         picker = ChoiceSheet(title=self.label, options=options, selected=[] if self.chosen is None else [self.chosen])
-        sheet_around(self).stack.pick(picker, partial(setattr, self, "chosen"))
+        next(around(self, Sheet)).stack.pick(picker, partial(setattr, self, "chosen"))
 
 
 class PositionRow(BoxLayout):

@@ -14,6 +14,7 @@ from kivy.uix.scrollview import ScrollView
 from kivy.uix.widget import Widget
 
 from app.widgets import finger, load_kv
+from app.widgets.around import around
 from app.widgets.dock import dock
 from app.widgets.fields import Field
 from app.widgets.rest import rest
@@ -142,11 +143,8 @@ class DockedKeyboard(Surface):
 
     def _check_field(self, _dt):
         """Hide when the field is removed, with rows that are no longer shown."""
-        widget = dock.field
-        while widget is not None and widget.parent is not None and widget.parent is not widget:
-            if widget.parent is Window:
-                return
-            widget = widget.parent
+        if any(widget.parent is Window for widget in around(dock.field)):
+            return
         if dock.field is not None:
             dock.field.focus = False
         self._hide()
@@ -175,10 +173,9 @@ class DockedKeyboard(Surface):
         field = dock.field
         if field is None:
             return
-        shown = next((parent for parent in self._around(field) if isinstance(parent, Field)), field)
-        for view in self._around(field):
-            if isinstance(view, ScrollView):
-                view.scroll_to(shown if shown.height <= view.height else field, padding=0, animate=False)
+        shown = next(around(field, Field), field)
+        for view in around(field, ScrollView):
+            view.scroll_to(shown if shown.height <= view.height else field, padding=0, animate=False)
         self._raise()
 
     def _lift(self, _dt) -> None:
@@ -187,22 +184,11 @@ class DockedKeyboard(Surface):
         field = dock.field
         if field is None or self.parent is None:
             return
-        *_inner, top = self._around(field) or [field]
+        *_inner, top = around(field)
         up = self.height + dp(CLEARANCE) - field.to_window(field.x, field.y)[1]
         if up > 0:
             self._lifted = top, top.y
             top.y += up
-
-    @staticmethod
-    def _around(field) -> list:
-        """The widgets around it, from the innermost out."""
-        found = []
-        while (
-            field is not None and field.parent is not Window and field.parent is not field and field.parent is not None
-        ):
-            field = field.parent
-            found.append(field)
-        return found
 
     def _put_down(self) -> None:
         if self._lifted is not None:

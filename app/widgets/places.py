@@ -13,6 +13,8 @@ from kivy.core.window import Window
 from kivy.metrics import dp
 from kivy.uix.scrollview import ScrollView
 
+from app.widgets.around import around
+
 STILL = 0.5  # s a button has to stand where it is, unless it says how long it has to be ``still``
 COMES = 0.5  # s in which one that has come finds its place
 MEANT = "what stood under the finger when it came down, and its meaning"  # key of touch.ud
@@ -25,7 +27,7 @@ class Place:
 
     def __init__(self, button, before):
         now = Clock.get_time()
-        page = _page_around(button)
+        page = next(around(button, ScrollView), None)
         scrolled = 0 if page is None else _top(page) - _top(page.children[0])
         left, bottom, right, top = self.edges = _edges(button)
         self.unscrolled = left, bottom + scrolled, right, top + scrolled
@@ -115,14 +117,6 @@ def _buttons():
 
 def _meaning(button):
     return getattr(button, "meaning", None)
-
-
-def _page_around(widget):
-    while not isinstance(widget, ScrollView):
-        widget = widget.parent
-        if widget is None or widget is Window:
-            return None
-    return widget
 
 
 def _edges(widget):

@@ -9,11 +9,12 @@ from kivy.metrics import dp, sp
 from kivy.properties import AliasProperty, BooleanProperty, ListProperty, ObjectProperty, StringProperty
 
 from app.widgets import load_kv
+from app.widgets.around import around
 from app.widgets.buttons import CommandButton
 from app.widgets.choices import Picker
 from app.widgets.places import places
 from app.widgets.robot_map import WholeMap, ground, touch_each_other
-from app.widgets.sheet import sheet_around
+from app.widgets.sheet import Sheet
 from app.widgets.tokens import tk
 
 
@@ -192,4 +193,4 @@ class OnMap(CommandButton):
 
     def on_release(self):
         sheet = PositionSheet(self.map, title=self.label, places=self.places, chosen=self.chosen)
-        sheet_around(self).stack.pick(sheet, partial(setattr, self, "chosen"))
+        next(around(self, Sheet)).stack.pick(sheet, partial(setattr, self, "chosen"))

@@ -5,6 +5,7 @@ from kivy.metrics import dp
 from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
 from kivy.uix.scrollview import ScrollView
 
+from app.widgets.around import around
 from app.widgets.places import places
 
 WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
@@ -148,24 +149,16 @@ class ScrollPage(CalmScroll):
         self.ids.column.clear_widgets(*args, **kwargs)
 
 
-def page_around(widget):
-    """The CalmScroll that it is on, or None."""
-    page = widget.parent
-    while page is not None and not isinstance(page, CalmScroll):
-        page = page.parent if page.parent is not page else None  # the window is its own parent
-    return page
-
-
 def turn_to(widget) -> None:
     """Scroll the page around ``widget`` until all of it is visible."""
-    page = page_around(widget)
+    page = next(around(widget.parent, CalmScroll), None)
     if page is not None and page.do_scroll_y:
         page.scroll_to(widget, padding=0, animate=False)
 
 
 def top_of_page(widget) -> None:
     """Scroll the page around ``widget`` until it is at the upper edge, or the end of the page is in sight."""
-    page = page_around(widget)
+    page = next(around(widget.parent, CalmScroll))
     if page.do_scroll_y:
         below = page.top - page.parent.to_widget(*widget.to_window(widget.x, widget.top))[1]
         page.scroll_y = min(max(page.scroll_y - page.convert_distance_to_scroll(0, below)[1], 0), 1)

@@ -215,13 +215,6 @@ class Sheet(Fires, Passive, MDCard):
         return super().on_touch_down(touch) or self.collide_point(*touch.pos)
 
 
-def sheet_around(widget) -> Sheet:
-    """The one that ``widget`` is in."""
-    while not isinstance(widget, Sheet):
-        widget = widget.parent
-    return widget
-
-
 class Finds:
     """Mixin of a sheet with a search: Down leads from its field to the first of the rows that are ``found``, and Enter
     to ``chosen`` of the only one."""

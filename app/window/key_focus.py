@@ -9,6 +9,7 @@ from kivy.metrics import dp
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.scrollview import ScrollView
 
+from app.widgets.around import around
 from app.widgets.chart import Chart, KeySeat
 from app.widgets.choices import ChoiceSheet
 from app.widgets.display import SectionCard
@@ -31,22 +32,18 @@ DOWN = 274
 
 def parents(widget) -> list:
     """``widget`` and its ancestors, up to the child of the window; empty if it is not in the window."""
-    if widget is None:
-        return []
-    found = [widget]
-    while found[-1].parent not in (None, Window) and found[-1].parent is not found[-1]:
-        found.append(found[-1].parent)
-    return found if found[-1].parent is Window else []
+    found = list(around(widget))
+    return found if found and found[-1].parent is Window else []
 
 
 def _list_of(widget):
     """The long list that it is in, or None."""
-    return next((around for around in parents(widget) if isinstance(around, LongList)), None)
+    return next(around(widget, LongList), None)
 
 
 def _row_of(widget):
     """The long list's row that it is or is inside, or None."""
-    return next((around for around in parents(widget) if isinstance(around.parent, Seat)), None)
+    return next((each for each in around(widget) if isinstance(each.parent, Seat)), None)
 
 
 def _middle(target) -> tuple[float, float]:
@@ -68,7 +65,7 @@ def _around(target) -> tuple[float, float, float, float]:
         min(x + target.width + dp(3), Window.width - dp(2)),
         min(y + target.height + dp(3), Window.height - dp(2)),
     )
-    for card in [around for around in parents(target)[1:] if isinstance(around, SectionCard)]:
+    for card in around(target.parent, SectionCard):
         (low, base), edge = card.to_window(*card.pos), dp(6)
         left, bottom = max(left, low + edge), max(bottom, base + edge)
         right, top = min(right, low + card.width - edge), min(top, base + card.height - edge)
@@ -184,7 +181,7 @@ class KeyFocus:
 
     def _key_in_search(self, key) -> bool:
         """In a sheet with options: Down leads to the first hit, and so does Enter, which chooses the only one."""
-        choice = next((around for around in parents(dock.field) if isinstance(around, Finds)), None)
+        choice = next(around(dock.field, Finds), None)
         if choice is None or key not in (DOWN, ENTER, KEYPAD_ENTER):
             return False
         found = choice.found()
@@ -253,7 +250,7 @@ class KeyFocus:
 
     def _go_to_chosen(self, targets) -> bool:
         """In a dialog with a choice: to the present one, or to the first of a list."""
-        asked = next((around for target in targets[:1] for around in parents(target) if around is dock.question), None)
+        asked = next((each for target in targets[:1] for each in around(target) if each is dock.question), None)
         if isinstance(asked, ChoiceSheet) and (options := asked.found()):
             chosen = next((option for option in options if option.key in asked.selected), options[0])
             self._reveal_row(asked.ids.option_list.__self__, chosen.key, asked.center_x)
