@@ -19,7 +19,8 @@ from kivymd.uix.chip import MDChip
 from kivymd.uix.selectioncontrol import MDSwitch
 
 from app.widgets.chart import WorkingRing
-from app.widgets.events import Fires
+from app.widgets.children import refill
+from app.widgets.events import Fires, Late
 from app.widgets.surfaces import CLEAR, OnlySeen, Passive, Tap, Toned
 from app.widgets.text import BodyStrong, Ico
 from app.widgets.tokens import late_color, tk
@@ -253,7 +254,7 @@ class SwitchFace(Passive, MDSwitch):
     set_icon = on_active
 
 
-class Segments(Fires, BoxLayout):
+class Segments(Fires, Late, BoxLayout):
     """A row of connected segments, one of them ``selected`` by its key, or ``several`` (a list): ``options`` = [(key, label), …]. A tap
     fires ``on_choose(key)``."""
 
@@ -263,20 +264,9 @@ class Segments(Fires, BoxLayout):
 
     __events__ = ("on_choose",)
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("options", self._build)
-        self._build()
-
-    def _build(self, *_):
-        """New labels for the same keys go into the existing segments: a finger may be on one of them."""
-        if [segment.key for segment in reversed(self.children)] != [key for key, _label in self.options]:
-            self.clear_widgets()
-            for key, _label in self.options:
-                segment = Segment(key=key)
-                segment.bind(on_release=self._tapped)
-                self.add_widget(segment)
-        for segment, (_key, label) in zip(reversed(self.children), self.options, strict=True):
+    def on_options(self, *_):
+        segments = refill(self, dict(self.options), lambda key: Segment(key=key, on_release=self._tapped))
+        for segment, (_key, label) in zip(segments, self.options, strict=True):
             segment.text = label
         self.on_selected()
 

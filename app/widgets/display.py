@@ -6,6 +6,7 @@ from kivy.uix.stacklayout import StackLayout
 from kivymd.uix.card import MDCard
 
 from app.widgets.chart import Chart
+from app.widgets.children import refill
 from app.widgets.events import Fires
 from app.widgets.lanes_bars import paint_look
 from app.widgets.lanes_frame import colours
@@ -88,12 +89,5 @@ class LegendItems(StackLayout):
 
     items = ListProperty()
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("items", self._build)
-        self._build()
-
-    def _build(self, *_):
-        self.clear_widgets()
-        for item in self.items:
-            self.add_widget(LegendItem(kind=item.kind, text=item.text))
+    def on_items(self, *_):
+        refill(self, self.items, lambda item: LegendItem(kind=item.kind, text=item.text))

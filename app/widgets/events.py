@@ -1,4 +1,4 @@
-"""Events that a widget fires."""
+"""Events that a widget fires, and handlers of its own properties."""
 
 
 class Fires:
@@ -13,3 +13,14 @@ class Fires:
 
 def _nothing(self, *_values):
     """Until something is bound to it, or a subclass has a handler."""
+
+
+class Late:
+    """Mixin of what has handlers that need all of the widget: a property with one (``on_data`` of ``data``) is set when
+    that is there, as in kv, also if the constructor gets its value."""
+
+    def __init__(self, **kwargs):
+        late = {name: kwargs.pop(name) for name in [*kwargs] if hasattr(type(self), f"on_{name}")}
+        super().__init__(**kwargs)
+        for name, value in late.items():
+            setattr(self, name, value)

@@ -10,18 +10,18 @@ from kivy.uix.stacklayout import StackLayout
 
 from app.widgets.around import around
 from app.widgets.buttons import ChoiceChip
+from app.widgets.children import refill
 from app.widgets.choices import ChoiceSheet
-from app.widgets.events import Fires
+from app.widgets.events import Fires, Late
 from app.widgets.fields import Field
 from app.widgets.items import Option
 from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
-from app.widgets.rest import rest
 from app.widgets.sheet import Sheet
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
 
 
-class ChipFlow(Fires, StackLayout):
+class ChipFlow(Fires, Late, StackLayout):
     """``data`` have ``key``, ``text``, ``icon`` with its ``tone``, and ``selected``; a tap fires ``on_choose(key)``. As high as its
     rows; ``whole_width`` px would be one row."""
 
@@ -30,29 +30,19 @@ class ChipFlow(Fires, StackLayout):
 
     __events__ = ("on_choose",)
 
-    def __init__(self, **kwargs):
-        self._chips: dict[object, ChoiceChip] = {}
-        super().__init__(**kwargs)
-        self.fbind("data", self._build)
-        self._build()
-
     def on_width(self, *_):
-        for chip in self._chips.values():
+        for chip in self.children:
             chip.limit = self.width
 
-    def _build(self, *_):
-        if [option.key for option in self.data] != list(self._chips):
-            for chip in self.children:
-                rest.after_pressing(chip)
-            self.clear_widgets()
-            self._chips = {option.key: ChoiceChip(limit=self.width) for option in self.data}
-            for key, chip in self._chips.items():
-                chip.bind(on_release=lambda _chip, key=key: self.dispatch("on_choose", key), width=self._measure)
-                self.add_widget(chip)
-        for option in self.data:
-            chip = self._chips[option.key]
+    def on_data(self, *_):
+        for chip, option in zip(refill(self, [option.key for option in self.data], self._chip), self.data, strict=True):
             chip.text, chip.icon, chip.tone, chip.active = option.text, option.icon, option.tone, option.selected
         self._measure()
+
+    def _chip(self, key):
+        chip = ChoiceChip(limit=self.width, on_release=lambda _chip: self.dispatch("on_choose", key))
+        chip.fbind("width", self._measure)
+        return chip
 
     def _measure(self, *_):
         self.whole_width = sum(chip.width + self.spacing[0] for chip in self.children)
@@ -98,7 +88,7 @@ class PositionRow(BoxLayout):
 CHOICES = {"choice": ChoiceRow, "list": ChoiceField, "position": PositionRow}
 
 
-class ParameterFields(Fires, BoxLayout):
+class ParameterFields(Fires, Late, BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, count, steps, decimal, choice,
     list, position), ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to);
     ``problems`` is one sentence by name where something can't be used; ``map`` has positions. ``values()`` are the
@@ -114,17 +104,9 @@ class ParameterFields(Fires, BoxLayout):
 
     __events__ = ("on_entered",)
 
-    def __init__(self, **kwargs):
-        self._views: dict[str, Field | ChoiceRow | PositionRow] = {}
-        super().__init__(**kwargs)
-        self.fbind("fields", self._build)
-        self.fbind("problems", self._show_problems)
-        self.fbind("map", self._show_map)
-        for name in ("choose_first", "enter_first"):
-            self.fbind(name, self._look_for_empty)
-        self._build()
+    _views: Mapping[str, Field | ChoiceRow | PositionRow] = {}
 
-    def _build(self, *_):
+    def on_fields(self, *_):
         """If one of them has the focus, its successor gets it."""
         typing = next((name for name, view in self._views.items() if getattr(view, "focus", False)), None)
         self.clear_widgets()
@@ -157,12 +139,12 @@ class ParameterFields(Fires, BoxLayout):
             view.fbind("chosen" if field.kind in CHOICES else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
-        self._show_map()
+        self.on_map()
         self._look_for_empty()
         if hasattr(self._views.get(typing), "focus"):
             self._views[typing].focus = True
 
-    def _show_map(self, *_):
+    def on_map(self, *_):
         for view in self._views.values():
             if isinstance(view, PositionRow):
                 view.map = self.map
@@ -188,10 +170,12 @@ class ParameterFields(Fires, BoxLayout):
             else (self.choose_first if empty.kind in CHOICES else self.enter_first).format(field=empty.label)
         )
 
+    on_choose_first = on_enter_first = _look_for_empty
+
     def values(self) -> Mapping[str, Any]:
         """Name -> entered value: typed text, or the value of the choice."""
         return {name: view.chosen if hasattr(view, "chosen") else view.text for name, view in self._views.items()}
 
-    def _show_problems(self, *_):
+    def on_problems(self, *_):
         for name, view in self._views.items():
             view.problem = self.problems.get(name, "")

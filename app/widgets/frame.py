@@ -23,6 +23,7 @@ from kivymd.uix.screen import MDScreen
 from kivymd.uix.screenmanager import MDScreenManager
 
 from app.widgets import finger
+from app.widgets.children import refill
 from app.widgets.dock import dock
 from app.widgets.events import Fires
 from app.widgets.menu import ESCAPE
@@ -117,18 +118,9 @@ class NavBar(MDNavigationBar):
         """A tap. KivyMD marks the tapped item; here the navigator decides which is marked."""
         self.dispatch("on_switch_tabs", item, item.icon, item.text)
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("items", self._build)
-        self._build()
-
-    def _build(self, *_):
-        """New labels for the same screens go into the existing items: a finger may be on one of them."""
-        if [item.name for item in reversed(self.children)] != [name for name, *_rest in self.items]:
-            self.clear_widgets()
-            for name, *_rest in self.items:
-                self.add_widget(NavItem(name=name))
-        for item, (_name, label, icon, icon_selected) in zip(reversed(self.children), self.items, strict=True):
+    def on_items(self, *_):
+        items = refill(self, [name for name, *_rest in self.items], lambda name: NavItem(name=name))
+        for item, (_name, label, icon, icon_selected) in zip(items, self.items, strict=True):
             item.text, item.icon, item.icon_selected = label, icon, icon_selected
         self.on_current()
 

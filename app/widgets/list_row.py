@@ -6,9 +6,9 @@ from kivymd.icon_definitions import md_icons
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.children import refill
 from app.widgets.items import Item
 from app.widgets.lists import Row, RowPress
-from app.widgets.rest import rest
 from app.widgets.shapes import Colour
 from app.widgets.surfaces import CLEAR, Tap
 from app.widgets.text import Ico, Title
@@ -48,13 +48,7 @@ class RowActions(MDBoxLayout):
 
     def on_actions(self, *_):
         kinds = [RowWord if not action.name else RowButton if action.text else RowIcon for action in self.actions]
-        if [type(button) for button in self.children[::-1]] != kinds:
-            for button in self.children:
-                rest.after_pressing(button)
-            self.clear_widgets()
-            for kind in kinds:
-                self.add_widget(kind())
-        for button, action in zip(self.children[::-1], self.actions, strict=True):
+        for button, action in zip(refill(self, kinds, lambda kind: kind()), self.actions, strict=True):
             if isinstance(button, RowWord):
                 button.text = action.text
             else:

@@ -17,7 +17,7 @@ from kivy.properties import (
 from kivymd.uix.boxlayout import MDBoxLayout
 
 from app.widgets.dock import dock
-from app.widgets.events import Fires
+from app.widgets.events import Fires, Late
 from app.widgets.places import places
 
 STILL = 1.0  # s a row has to stand where it is
@@ -132,7 +132,7 @@ class RowPress:
         self.parent.row.act(self._pressed or self.name, self)
 
 
-class Rows(Fires, MDBoxLayout):
+class Rows(Fires, Late, MDBoxLayout):
     """One ``viewclass`` per row of ``data`` in a box, for few rows. The view of a removed row is reused for a new one: building another
     would take 10 ms and leave garbage."""
 
@@ -143,19 +143,16 @@ class Rows(Fires, MDBoxLayout):
 
     def __init__(self, **kwargs):
         self._views = {}
-        self.kept = KeptOrder(self._build)
+        self.kept = KeptOrder(self.on_data)
         self._spare = []  # views whose rows were removed
         super().__init__(**kwargs)
-        for name in ("data", "viewclass"):
-            self.fbind(name, self._build)
-        self._build()
 
     def on_touch_down(self, touch):
         if self.collide_point(*touch.pos):
             self.kept.touched()
         return super().on_touch_down(touch)
 
-    def _build(self, *_):
+    def on_data(self, *_):
         rows = {
             getattr(data, "key", n): data for n, data in enumerate(self.kept.in_order(self.data, list(self._views)))
         }
@@ -166,7 +163,7 @@ class Rows(Fires, MDBoxLayout):
         removed = [view for key, view in old.items() if key not in rows]
         self._spare += removed
         for key, data in rows.items():
-            view = old.get(key) or (self._spare.pop() if self._spare else self._new_view(data))
+            view = old.get(key) or (self._spare.pop() if self._spare else Factory.get(self.viewclass)(item=data))
             view.host = self
             if key not in old:
                 places.come(view, among_others=bool(old))
@@ -184,5 +181,4 @@ class Rows(Fires, MDBoxLayout):
             for view in wanted:
                 self.add_widget(view)
 
-    def _new_view(self, data):
-        return Factory.get(self.viewclass)(item=data)
+    on_viewclass = on_data

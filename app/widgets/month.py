@@ -8,6 +8,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import Chart
+from app.widgets.children import refill
 from app.widgets.events import Fires
 from app.widgets.items import Day
 from app.widgets.surfaces import Tap
@@ -72,25 +73,14 @@ class MonthGrid(Fires, BoxLayout):
 
     __events__ = ("on_day", "on_turn")
 
-    def on_kv_post(self, base_widget):
-        self.fbind("days", self._show)
-        self.fbind("weekdays", self._name_days)
-        self._name_days()
-        self._show()
+    def on_weekdays(self, *_):
+        refill(self.ids.names.__self__, self.weekdays, lambda name: Factory.WeekdayName(text=name))
 
-    def _name_days(self, *_):
-        self.ids.names.clear_widgets()
-        for name in self.weekdays:
-            self.ids.names.add_widget(Factory.WeekdayName(text=name))
-
-    def _show(self, *_):
-        grid = self.ids.days
-        while len(grid.children) > len(self.days):
-            grid.remove_widget(grid.children[0])
-        while len(grid.children) < len(self.days):
-            cell = MonthDay()
-            cell.bind(on_release=lambda cell: self.dispatch("on_day", cell.item.day))
-            grid.add_widget(cell)
-        for cell, day in zip(reversed(grid.children), self.days, strict=True):
+    def on_days(self, *_):
+        cells = refill(self.ids.days.__self__, range(len(self.days)), lambda _n: MonthDay(on_release=self._tapped))
+        for cell, day in zip(cells, self.days, strict=True):
             cell.item = day
             cell.disabled = day.day is None or day.off
+
+    def _tapped(self, cell):
+        self.dispatch("on_day", cell.item.day)

@@ -10,6 +10,7 @@ from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.gridlayout import GridLayout
 
+from app.widgets.children import refill
 from app.widgets.choices import Picker
 from app.widgets.events import Fires
 from app.widgets.items import Day
@@ -40,11 +41,13 @@ class TimeCells(Fires, GridLayout):
     __events__ = ("on_choose",)
 
     def on_numbers(self, *_):
-        for number in self.numbers:
-            cell = TimeCell(number=number, text=self.word(number))
-            cell.bind(on_release=lambda cell: self.dispatch("on_choose", int(cell.number)))
-            self.add_widget(cell)
+        refill(self, self.numbers, self._cell)
         self.on_chosen()
+
+    def _cell(self, number):
+        return TimeCell(
+            number=number, text=self.word(number), on_release=lambda _cell: self.dispatch("on_choose", number)
+        )
 
     def on_chosen(self, *_):
         for cell in self.children:

@@ -21,13 +21,7 @@ class PartSlot(BoxLayout):
     part = StringProperty()
     card = ObjectProperty(None, allownone=True)
 
-    def __init__(self, **kwargs):
-        super().__init__(**kwargs)
-        self.fbind("part", self._build)
-        self.fbind("card", self._build)
-        self._build()
-
-    def _build(self, *_):
+    def on_part(self, *_):
         wanted = self.part if self.card is not None else ""
         if [type(child).__name__ for child in self.children] == ([wanted] if wanted else []):
             for child in self.children:
@@ -40,3 +34,5 @@ class PartSlot(BoxLayout):
         self.clear_widgets()
         if wanted:
             self.add_widget(Factory.get(wanted)(card=self.card))
+
+    on_card = on_part

@@ -4,7 +4,8 @@ from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty
 from kivy.uix.boxlayout import BoxLayout
 
-from app.widgets.events import Fires
+from app.widgets.children import refill
+from app.widgets.events import Fires, Late
 from app.widgets.items import Tab
 from app.widgets.surfaces import TonedTap
 from app.widgets.text import line_width
@@ -28,7 +29,7 @@ class TabButton(TonedTap):
         return around + count + line_width(self.tab.text, "RobotoMedium", sp(18))
 
 
-class Tabs(Fires, BoxLayout):
+class Tabs(Fires, Late, BoxLayout):
     """``tabs`` are ``Tab``s, ``selected`` is the key of the chosen one; a tap on another one fires ``on_choose(key)``.
 
     They are as wide as their words, or with ``fill`` share the width. Without enough room the longest wrap. ``used`` is the width in px
@@ -44,21 +45,15 @@ class Tabs(Fires, BoxLayout):
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
-        self.fbind("tabs", self._build)
         tk.follow(self.on_width)
-        self._build()
 
     def _pressed(self, button):
         if button.tab.key != self.selected:
             self.dispatch("on_choose", button.tab.key)
 
-    def _build(self, *_):
-        """New words of the same tabs go into the existing buttons: a finger may be on one of them."""
-        if [button.tab.key for button in reversed(self.children)] != [tab.key for tab in self.tabs]:
-            self.clear_widgets()
-            for _tab in self.tabs:
-                self.add_widget(TabButton(on_release=self._pressed))
-        for button, tab in zip(reversed(self.children), self.tabs, strict=True):
+    def on_tabs(self, *_):
+        buttons = refill(self, [tab.key for tab in self.tabs], lambda _key: TabButton(on_release=self._pressed))
+        for button, tab in zip(buttons, self.tabs, strict=True):
             button.tab = tab
         self.on_selected()
         self.on_width()

@@ -17,7 +17,9 @@ from app.screens.home.fleet_model import FleetState
 from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets.buttons import CommandButton, IconButton
+from app.widgets.children import refill
 from app.widgets.display import RowsCard, SectionCard
+from app.widgets.events import Late
 from app.widgets.items import Option, Tab
 from app.widgets.list_row import ListRow
 from app.widgets.robot_map import RobotMap, ground
@@ -134,7 +136,7 @@ class PromptOption(CommandButton):
     """One possible answer; a long one wraps."""
 
 
-class Answers(GridLayout):
+class Answers(Late, GridLayout):
     """Equal buttons for the ``options``: in one row if they fit, large if possible, else in columns as wide as the
     longest, or one below the other. A tap fires ``on_answer(option)``, unless it is ``busy`` sending an answer. A touch
     right after ``about`` has changed was meant for the previous question."""
@@ -149,35 +151,30 @@ class Answers(GridLayout):
         self._arrange = Clock.create_trigger(self._choose_columns, -1)
         self._last, self._rests_until = "", 0.0
         super().__init__(cols=1, **kwargs)
-        self.fbind("about", self._question_changed)
-        self.fbind("options", self._build)
-        self.fbind("busy", self._mark)
         self.fbind("width", self._arrange)
-        self._build()
 
     def on_answer(self, option: str) -> None:
         """It was tapped."""
 
-    def _build(self, *_: Any) -> None:
-        self.clear_widgets()
-        for option in self.options:
-            button = PromptOption(text=option)
-            button.bind(on_release=lambda _button, option=option, about=self.about: self._press(option, about))
-            self.add_widget(button)
-        self._mark()
+    def on_options(self, *_: Any) -> None:
+        refill(self, [(self.about, option) for option in self.options], self._button)
+        self.on_busy()
         self._arrange()
 
-    def _question_changed(self, *_: Any) -> None:
+    def _button(self, answer: tuple[str, str]) -> PromptOption:
+        return PromptOption(text=answer[1], on_release=lambda _button: self._press(*answer))
+
+    def on_about(self, *_: Any) -> None:
         if self._last:
             self._rests_until = Clock.get_time() + DOUBLE_TAP
         self._last = self.about
-        self._build()
+        self.on_options()
 
-    def _press(self, option: str, about: str) -> None:
+    def _press(self, about: str, option: str) -> None:
         if about == self.about and Clock.get_time() >= self._rests_until:
             self.dispatch("on_answer", option)
 
-    def _mark(self, *_: Any) -> None:
+    def on_busy(self, *_: Any) -> None:
         for button in self.children:
             button.busy = self.busy
 
@@ -234,22 +231,14 @@ class SendTiles(OfHome, GridLayout):
     off = StringProperty()
     last = StringProperty()  # the words of the way to all
 
-    def __init__(self, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        for name in ("tiles", "off", "last"):
-            self.fbind(name, self._build)
-        self._build()
-
-    def _build(self, *_: Any) -> None:
-        """New names go into the existing tiles: a finger may be on one of them."""
-        tiles = [*self.tiles, Option(None, self.last, "apps")]
-        if len(self.children) != len(tiles):
-            self.clear_widgets()
-            for _tile in tiles:
-                self.add_widget(SendTile(on_release=self._press))
-        for tile, option in zip(reversed(self.children), tiles, strict=True):
-            tile.key, tile.icon, tile.text = option.key, option.icon, option.text
+    def on_tiles(self, *_: Any) -> None:
+        options = [*self.tiles, Option(None, self.last, "apps")]
+        tiles = refill(self, [each.key for each in options], lambda key: SendTile(key=key, on_release=self._press))
+        for tile, option in zip(tiles, options, strict=True):
+            tile.icon, tile.text = option.icon, option.text
             tile.disabled = option.disabled or (bool(self.off) and option.key is not None)
+
+    on_off = on_last = on_tiles
 
     def _press(self, tile: SendTile) -> None:
         if tile.key is None:

@@ -15,6 +15,7 @@ from app.screens.home.fleet import columns
 from app.screens.home.fleet_model import FleetState
 from app.screens.home.wall import WallView
 from app.widgets import load_kv
+from app.widgets.children import refill
 from app.widgets.display import SectionCard
 from app.widgets.dock import is_low, is_tall
 from app.widgets.lists import Row
@@ -80,11 +81,7 @@ class FleetParts(MDBoxLayout):
     parts = ListProperty()
 
     def on_parts(self, *_: Any) -> None:
-        while len(self.children) > len(self.parts):
-            self.remove_widget(self.children[0])
-        while len(self.children) < len(self.parts):
-            self.add_widget(FleetPart())
-        for shown, part in zip(self.children[::-1], self.parts, strict=True):
+        for shown, part in zip(refill(self, range(len(self.parts)), lambda _n: FleetPart()), self.parts, strict=True):
             shown.icon, shown.text, shown.tone = part.icon, part.text, part.tone
 
 

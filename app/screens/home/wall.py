@@ -11,6 +11,8 @@ from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
 from kivymd.uix.boxlayout import MDBoxLayout
 
+from app.widgets.children import refill
+
 LEFT_ALONE = 120.0  # s without a touch or a key
 
 
@@ -61,9 +63,7 @@ class WallRows(MDBoxLayout):
     items = ListProperty()
 
     def on_items(self, *_: Any) -> None:
-        self.clear_widgets()
-        for item in self.items:
-            self.add_widget(WallRow(item=item))
+        refill(self, self.items, lambda item: WallRow(item=item))
 
 
 class WallView(MDBoxLayout):

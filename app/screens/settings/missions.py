@@ -40,6 +40,7 @@ from app.screens.settings.places import PlacesBox, PlacesPart
 from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Edit
+from app.widgets.children import refill
 from app.widgets.display import SectionCard
 from app.widgets.items import Option
 from app.widgets.lists import Row
@@ -71,11 +72,8 @@ class MissionCells(BoxLayout):
     cells = ListProperty()
 
     def on_cells(self, *_args: Any) -> None:
-        if len(self.children) != len(self.cells):
-            self.clear_widgets()
-            for _cell in self.cells:
-                self.add_widget(MissionCell())
-        for widget, cell in zip(self.children[::-1], self.cells, strict=True):
+        widgets = refill(self, range(len(self.cells)), lambda _n: MissionCell())
+        for widget, cell in zip(widgets, self.cells, strict=True):
             widget.cell = cell
 
 
