@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from datetime import datetime
-from typing import TypeVar
 
 from app.database.robots import Hold
 from app.domain import choice
@@ -19,8 +18,6 @@ from app.screens.common.shell import Shell
 from app.services.catalogue.catalogue import Catalogue
 from app.services.robots.commands import Operator
 from app.widgets.items import Option
-
-T = TypeVar("T")
 
 
 def has_no_robot(row: Execution) -> bool:
@@ -92,6 +89,8 @@ class GroupStarts:
         follow: Callable[[Execution], object],
         present: Callable[[int], Execution | None],
     ) -> None:
+        from app.screens.common.presses import Commands  # needs kivy, which the words of this module don't
+
         self._operator, self._catalogue, self._shell, self._changed, self._follow = (
             operator,
             catalogue,
@@ -100,20 +99,22 @@ class GroupStarts:
             follow,
         )
         self._present = present
-        self._busy: set[int] = set()  # ids of executions that something is being done to
+        self._do = Commands(shell, changed).run
 
     def give(self, row: Execution, robots: Sequence[Option]) -> None:
         title = _("Give {mission} to").format(mission=self._name(row))
         self._shell.dialogs.choose(title, robots, lambda robot_id: self.assign(row, robot_id))
 
     def assign(self, row: Execution, robot_id: int) -> None:
-        self._do(row, lambda: self._operator.assign_robot(row.id, robot_id), self._follow)
+        self._do(row.id, lambda: self._operator.assign_robot(row.id, robot_id), self._follow)
 
     def prioritise(self, row: Execution) -> None:
         def chosen(priority: int) -> None:
             said = _("{mission}: priority {priority}").format(mission=self._name(row), priority=word(priority))
             self._do(
-                row, lambda: self._operator.prioritise(row.id, priority), self._saying(row, said, "chevron-double-up")
+                row.id,
+                lambda: self._operator.prioritise(row.id, priority),
+                self._saying(row, said, "chevron-double-up"),
             )
 
         self._shell.dialogs.choose(
@@ -128,7 +129,7 @@ class GroupStarts:
 
         def cancel() -> None:
             self._do(
-                row,
+                row.id,
                 lambda: self._operator.cancel_execution(row.id),
                 lambda left: say_cancelled(self._shell, self._catalogue, self._name(row), left, self._changed),
             )
@@ -155,7 +156,7 @@ class GroupStarts:
             row, _("{mission} had already been sent").format(mission=self._name(row)), "information-outline"
         )
         self._do(
-            row,
+            row.id,
             lambda: self._operator.hold_starts([row.id], held),
             lambda number: (said if number else too_late)(number),
         )
@@ -175,7 +176,7 @@ class GroupStarts:
             asked.format(mission=self._name(row), robot=name),
             _("If {robot} already has it, it runs twice.").format(robot=row.robot),
             _("Start it"),
-            lambda: self._do(row, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
+            lambda: self._do(row.id, lambda: self._operator.start_on_another(row.id, robot_id or None), self._follow),
             _("Don't start"),
         )
 
@@ -184,19 +185,3 @@ class GroupStarts:
 
     def _saying(self, row: Execution, text: str, icon: str) -> Callable[[object], None]:
         return lambda _done: self._shell.snackbars.show(text, icon=icon, about=about_start(row.id))
-
-    def _do(self, row: Execution, work: Callable[[], T], done: Callable[[T], object]) -> None:
-        if row.id in self._busy:
-            return
-        self._busy.add(row.id)
-
-        def ended(call: Callable[[], object]) -> None:
-            self._busy.discard(row.id)
-            call()
-            self._changed()
-
-        self._shell.background.run(
-            work,
-            lambda outcome: ended(lambda: done(outcome)),
-            lambda problem: ended(lambda: self._shell.say_problem(problem)),
-        )

@@ -4,10 +4,13 @@ of another."""
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from kivy.clock import Clock
 
+from app.screens.common.shell import Shell
+
+T = TypeVar("T")
 DOUBLE_TAP = 1.0  # s within which a gloved finger's second tap on a button is the same press
 FRAME = 0.02  # s
 
@@ -56,3 +59,35 @@ class Presses:
             for key in self._under_way
             if not isinstance(key, OfRobot) or key.robot_id == robot_id
         ]
+
+
+class Commands:
+    """Commands in the background, one at a time for each key; ``ended()`` after each, even with an error: its effect can be read."""
+
+    def __init__(self, shell: Shell, ended: Callable[[], object], presses: Presses | None = None) -> None:
+        self._shell, self._ended, self._presses = shell, ended, presses or Presses()
+
+    def run(
+        self,
+        key: Hashable,
+        work: Callable[[], T],
+        done: Callable[[T], object] = lambda _outcome: None,
+        failed: Callable[[BaseException], object] | None = None,
+    ) -> bool:
+        """Unless it is under way: False. Its button is busy until the outcome is on screen."""
+        if not self._presses.begin(key):
+            return False
+
+        def ended(call: Callable[[], object]) -> None:
+            self._presses.end(key)
+            call()
+            self._ended()
+
+        def succeeded(outcome: T) -> None:
+            self._presses.rest(key)
+            ended(lambda: done(outcome))
+
+        self._shell.background.run(
+            work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem))
+        )
+        return True

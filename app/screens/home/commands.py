@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any
 
 from kivy.clock import Clock
 
@@ -27,8 +27,6 @@ from app.widgets.items import Item
 
 READ_WITHIN = 5.0  # s until the message that errors remain after the reset
 GONE = (404, 410)  # a robot's answers about an item that it no longer has
-
-T = TypeVar("T")
 
 
 def foot_of(robot_id: int) -> OfRobot:
@@ -82,13 +80,10 @@ class HomeCommands(HomeState):
     _cancelling: set[OnRobot]
     _answered: dict[str, float]  # until when the robot may still show a question that took an answer, by its guid
     _clearing: set[int]  # ids of robots whose queues are being cleared
+    act_once: Callable[..., bool]  # as Commands.run
 
     def _show(self) -> None:
         """The facts have changed."""
-        raise NotImplementedError
-
-    def _reread(self) -> None:
-        """A command was just run: a reading that began before is dropped."""
         raise NotImplementedError
 
     def press_foot(self) -> None:
@@ -258,31 +253,6 @@ class HomeCommands(HomeState):
             )
 
     # ------------------------------------------------------------------ inside
-    def act_once(
-        self,
-        key: Hashable,
-        work: Callable[[], T],
-        done: Callable[[T], object] | None = None,
-        failed: Callable[[BaseException], object] | None = None,
-    ) -> bool:
-        """Run it in the background, unless it is under way: False. The button is busy until the outcome is on screen."""
-        if not self._presses.begin(key):
-            return False
-
-        def ended(call: Callable[[], object]) -> None:
-            self._presses.end(key)
-            call()
-            self._reread()
-
-        def succeeded(outcome: T) -> None:
-            self._presses.rest(key)
-            ended(lambda: done(outcome) if done else None)
-
-        self._shell.background.run(
-            work, succeeded, lambda problem: ended(lambda: (failed or self._shell.say_problem)(problem))
-        )
-        return True
-
     def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""
         return lambda _outcome: self._shell.snackbars.show(text, icon=icon, about=about)

@@ -16,7 +16,7 @@ from kivy.uix.widget import Widget
 from app.i18n import _, languages, translator
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts
-from app.screens.common.presses import Presses
+from app.screens.common.presses import Commands, Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports, as_it_is
@@ -72,6 +72,7 @@ class HomeViewModel(HomeCommands, ViewModel):
             lambda text: shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
         )
         self._presses = Presses(self._update_busy)
+        self.act_once = Commands(shell, self._reread, self._presses).run
         self.learning = Learning(services, shell, self._reader.request)
         self._group_starts = GroupStarts(
             services.operator,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from datetime import date, datetime, timedelta
-from typing import Any, TypeVar
 from zoneinfo import ZoneInfo
 
 from app.domain.models import InvalidInput, Schedule
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.presses import Commands
 from app.screens.common.shell import Shell
 from app.screens.common.started import StartReports
 from app.screens.scheduler import view
@@ -17,8 +17,6 @@ from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.catalogue.catalogue import Removed
 from app.services.catalogue.undo import Switched
-
-T = TypeVar("T")
 
 
 class ScheduleActions:
@@ -34,7 +32,7 @@ class ScheduleActions:
         done: Callable[[], object],
     ) -> None:
         self._services, self._shell, self._started, self._name, self._done = services, shell, started, name, done
-        self._busy: set[int] = set()  # ids of schedules that something is being done to
+        self._act = Commands(shell, done).run
 
     def switch(self, schedule_id: int, on: bool) -> None:
         words = _("{name} is switched on") if on else _("{name} is switched off")
@@ -189,20 +187,6 @@ class ScheduleActions:
             schedule.id,
             lambda: self._services.pausing.pause(schedule.id, until),
             lambda _paused: self._say(schedule, said, "pause-circle-outline"),
-        )
-
-    def _act(self, schedule_id: int, work: Callable[[], T], done: Callable[[T], object]) -> None:
-        if schedule_id in self._busy:
-            return
-        self._busy.add(schedule_id)
-
-        def ended(report: Callable[[Any], object], outcome: Any) -> None:
-            self._busy.discard(schedule_id)
-            report(outcome)
-            self._done()
-
-        self._shell.background.run(
-            work, lambda result: ended(done, result), lambda problem: ended(self._shell.say_problem, problem)
         )
 
     def _say(self, schedule: Schedule, text: str, icon: str) -> None:
