@@ -51,8 +51,7 @@ class ChoiceSheet(Finds, Picker):
     def __init__(self, **kwargs):
         self._refresh = Clock.create_trigger(self._show, -1)
         super().__init__(**kwargs)
-        for name in ("options", "selected", "query", "multiple"):
-            self.fbind(name, self._refresh)
+        self.bind(options=self._refresh, selected=self._refresh, query=self._refresh, multiple=self._refresh)
         self._show()
 
     def _searchable(self):

@@ -195,16 +195,15 @@ class Field(Fires, BoxLayout):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         self._committed = self.text
-        for name, follow in (
-            ("focus", self._focus_changed),
-            ("value", self._value_changed),
-            ("disabled", self._value_changed),  # a field that can't be changed has no problem
-            ("text", self._validate),
-            ("minimum", self._validate),
-            ("maximum", self._validate),
-            ("optional", self._validate),
-        ):
-            self.fbind(name, follow)
+        self.bind(
+            focus=self._focus_changed,
+            value=self._value_changed,
+            disabled=self._value_changed,  # a field that can't be changed has no problem
+            text=self._validate,
+            minimum=self._validate,
+            maximum=self._validate,
+            optional=self._validate,
+        )
 
     def on_kv_post(self, _base):
         """Before, its kind is not known; afterwards it stays."""

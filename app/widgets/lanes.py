@@ -76,10 +76,8 @@ class Lanes(Chart):
         self._place_soon = Clock.create_trigger(self._place, -1)
         super().__init__(**kwargs)
         places.watch(self, "lanes")
-        for name in ("first", "now", "now_label"):
-            self.fbind(name, self._place_soon)
-        for name in ("seen_from", "seen_height"):
-            self.fbind(name, self._scrolled)
+        self.bind(first=self._place_soon, now=self._place_soon, now_label=self._place_soon)
+        self.bind(seen_from=self._scrolled, seen_height=self._scrolled)
 
     def on_lanes(self, *_):
         self.wanted_height = dp(AXIS) + len(self.lanes) * dp(LEAST_LANE)

@@ -78,13 +78,9 @@ class LongList(Fires, CalmScroll):
         self._content.bind(height=self.setter("content_height"))
         super().__init__(**kwargs)
         self.add_widget(self._content)
-        for name in ("size", "empty_text", "viewclass"):
-            self.fbind(name, self._arrange)
-        for name in ("spacing", "row_height"):
-            self.fbind(name, self._recalculate)
-        self.fbind("data", self._changed)
-        self.fbind("order", self._ordered)
-        self.fbind("scroll_y", self._scrolled)
+        self.bind(size=self._arrange, empty_text=self._arrange, viewclass=self._arrange)
+        self.bind(spacing=self._recalculate, row_height=self._recalculate)
+        self.bind(data=self._changed, order=self._ordered, scroll_y=self._scrolled)
         self._changed()
 
     def show(self, key) -> None:

@@ -54,8 +54,7 @@ class Menu(Fires, MDDialog, Still):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         Window.unbind(on_resize=self.update_width)  # only bound while it is open
-        self.fbind("size", self._place)
-        self.fbind("at", self._turned)
+        self.bind(size=self._place, at=self._turned)
         if self.cards:
             self._turned()
 

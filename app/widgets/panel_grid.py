@@ -38,8 +38,7 @@ class PanelGrid(LongList):
     def __init__(self, **kwargs):
         self._shelve = Clock.create_trigger(self._fill_shelves, -1)
         super().__init__(viewclass="PanelShelf", **kwargs)
-        for name in ("panels", "panelclass", "columns", "spacing"):
-            self.fbind(name, self._shelve)
+        self.bind(panels=self._shelve, panelclass=self._shelve, columns=self._shelve, spacing=self._shelve)
         self._shelve()
 
     def _come_to_rest(self):

@@ -130,8 +130,7 @@ class DateSheet(Picker):
         self._reveal = Clock.create_trigger(self._bring_in_sight, 0.05)  # once the days have their places
         super().__init__(**kwargs)
         self.year, self.month = self.chosen.year, self.chosen.month
-        for name in ("chosen", "first", "year", "month"):
-            self.fbind(name, self._build)
+        self.bind(chosen=self._build, first=self._build, year=self._build, month=self._build)
         self._build()
 
     def turn(self, months: int) -> None:

@@ -79,8 +79,11 @@ class Sheet(Fires, Passive, MDCard):
         self._arrange = Clock.create_trigger(self.arrange, -1)
         self._arrange_later = Clock.create_trigger(self.arrange)  # after the page, which may get another layout
         super().__init__(**kwargs)
-        for name in ("edge", "tall_edge", "span", "keeps", "shrinks", "content_height", "around"):
-            self.fbind(name, self._arrange)
+        self.bind(
+            **dict.fromkeys(
+                ("edge", "tall_edge", "span", "keeps", "shrinks", "content_height", "around"), self._arrange
+            )
+        )
 
     def add_widget(self, widget, *args, **kwargs):
         if len(self.children) < len(PARTS):
@@ -127,9 +130,8 @@ class Sheet(Fires, Passive, MDCard):
         dock.has_sheet = place is not None
         if place is None:
             return
-        for name in self._followed(place):
-            place.fbind(name, self._arrange_later)
-        dock.fbind("height", self._arrange)
+        place.bind(**self._followed(place))
+        dock.bind(height=self._arrange)
         Window.bind(on_keyboard=self._key)
         self.arrange()
         rest.let_go()
@@ -137,9 +139,8 @@ class Sheet(Fires, Passive, MDCard):
         if self.is_question:
             rest.keys_after_opening()
 
-    @staticmethod
-    def _followed(place) -> tuple[str, ...]:
-        return ("size",) if place is Window else ("size", "pos")
+    def _followed(self, place) -> dict:
+        return dict.fromkeys(("size",) if place is Window else ("size", "pos"), self._arrange_later)
 
     def leave(self, foot: bool = True) -> None:
         """Take it from its place; its widgets stay, so that it can be shown again. ``foot``: that may have been pressed."""
@@ -148,10 +149,9 @@ class Sheet(Fires, Passive, MDCard):
         rest.after_leaving(self, FOOT_RESTS if self.foot and foot else DOUBLE_TAP)
         rest.keys_after_closing()
         dock.leave(self)
-        dock.funbind("height", self._arrange)
+        dock.unbind(height=self._arrange)
         Window.unbind(on_keyboard=self._key)
-        for name in self._followed(place):
-            place.funbind(name, self._arrange_later)
+        place.unbind(**self._followed(place))
         self._follow_spared(None)
         place.remove_widget(self)
         if place is not Window:

@@ -230,8 +230,7 @@ class AlarmsScreen(ScreenBase):
         self._look = Clock.create_trigger(self._name_button)
         super().__init__(vm=vm, can_go_back=True, **kwargs)
         vm.bind(rows=self._rows_changed, unseen=self._rows_changed)
-        for name in ("scroll_y", "size", "pos", "content_height"):
-            self.ids.alarm_rows.fbind(name, self._look)
+        self.ids.alarm_rows.bind(scroll_y=self._look, size=self._look, pos=self._look, content_height=self._look)
 
     def shown(self, **intent: Any) -> None:
         self.on_tall()

@@ -98,8 +98,7 @@ class FleetGrid(PanelGrid):
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        for name in ("size", "wide", "low", "is_grouped"):
-            self.fbind(name, self._shelve)
+        self.bind(size=self._shelve, wide=self._shelve, low=self._shelve, is_grouped=self._shelve)
 
     @property
     def _least(self) -> tuple[float, float]:

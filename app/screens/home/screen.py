@@ -320,8 +320,7 @@ class HomeScreen(ScreenBase):
         vm.bind(**dict.fromkeys(("loaded", "has_robots", "shows_map"), self._choose_layout))
         vm.fleet.bind(is_shown=self._choose_layout)
         vm.bind(tabs=self._show_tabs, card=self._show_tabs)  # the card: another robot may be shown
-        for name in ("tall", "low", "size"):
-            self.fbind(name, self._choose_layout)
+        self.bind(tall=self._choose_layout, low=self._choose_layout, size=self._choose_layout)
         self._choose_layout()
 
     def on_parent(self, _screen: Widget, parent: Any) -> None:

@@ -20,8 +20,7 @@ class RunsList(LongList):
         self._is_pending = False  # opened, but perhaps not in the list yet: it is still being read
         self._reveal_soon = Clock.create_trigger(self._reveal, 0)
         super().__init__(**kwargs)
-        self.fbind("opened_run", self._opened)
-        self.fbind("data", self._reveal_soon)
+        self.bind(opened_run=self._opened, data=self._reveal_soon)
 
     def _opened(self, *_args: object) -> None:
         self._is_pending = self.opened_run is not None

@@ -69,8 +69,7 @@ class FormSheet(Sheet):
         super().__init__(**kwargs)
         self._look = Clock.create_trigger(self._look_for_notes, 0.05)  # once they have their places
         self.fbind("view", self._look)
-        for name in ("scroll_y", "height", "content_height"):
-            self.ids.page.fbind(name, self._look)
+        self.ids.page.bind(scroll_y=self._look, height=self._look, content_height=self._look)
         self.ids.foot.add_widget(FormWarning(sheet=self), index=len(self.ids.foot.children))
 
     def on_close(self) -> None:

@@ -102,8 +102,7 @@ class CheckUp(EventDispatcher):
         self._report: Report | None = None  # that is shown
         self._tick = Clock.create_trigger(self._show_progress, SHOWN_EVERY, interval=True)
         self._opened: set[str] = set()  # findings whose meaning is shown
-        for name in ("part", "wants_trial", "can_begin", "outcome", "stopping"):
-            self.fbind(name, self._name_buttons)
+        self.bind(**dict.fromkeys(("part", "wants_trial", "can_begin", "outcome", "stopping"), self._name_buttons))
 
     # ------------------------------------------------------------------ its sheet
     def open(self, report: Report | None) -> None:
