@@ -97,7 +97,7 @@ def heading(report: Report, zone: str, language: Language = str) -> list[str]:
             software=profile.software or "?",
             address=report.address,
         )
-        if report.model or profile.serial_number or profile.software
+        if not report.of_fleet and (report.model or profile.serial_number or profile.software)
         else message("At {address}. It did not report what it is", address=report.address),
         message(
             "{time} ({zone}), it took {seconds} s", time=f"{at:%Y-%m-%d %H:%M}", zone=zone, seconds=round(report.took_s)

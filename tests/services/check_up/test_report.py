@@ -134,6 +134,15 @@ def test_a_robot_without_facts_is_known_by_its_address_and_a_question_keeps_its_
     assert lines[-1] == "- Who it is: It could not be asked: is it switched on?"
 
 
+@pytest.mark.parametrize(
+    ("software", "said"), [("2.13.5", "Software 2.13.5, at "), (None, "At http://10.0.0.1. It did")]
+)
+def test_a_fleet_has_no_model_and_no_serial_number_that_a_person_knows(software, said):
+    profile = RobotProfile("b8a9f3c0-0000-4000-8000-000000000000", software)
+    lines = reports.heading(replace(REPORT, model="", profile=profile, of_fleet=True), ZONE)
+    assert lines[1].startswith(said)
+
+
 def test_the_file_has_the_simulators_keys_the_findings_and_no_secret(tmp_path):
     robot = CheckedRobot(tmp_path)
     written = reports.document(robot.check_ups.run(robot.id), ZONE)
