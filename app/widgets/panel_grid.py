@@ -8,6 +8,7 @@ from kivy.factory import Factory
 from kivy.properties import ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
 
+from app.widgets.children import refill
 from app.widgets.long_list import LongList
 
 SPARE = 2  # shelves kept for panels that scroll into sight
@@ -86,14 +87,10 @@ class PanelShelf(BoxLayout):
     def take(self, shelf) -> None:
         """Show ``shelf``."""
         panels = shelf.panels + [("Widget", None)] * (shelf.columns - len(shelf.panels))
-        wanted = [Factory.get(name) for name, _panel in panels]
-        present = self.children[::-1]
-        if [type(child) for child in present] != wanted:
-            spare = {kind: [child for child in present if type(child) is kind] for kind in wanted}
-            self.clear_widgets()
-            for kind, (_name, panel) in zip(wanted, panels, strict=True):
-                self.add_widget(spare[kind].pop(0) if spare[kind] else kind(item=panel) if panel else kind())
+        values = [{"item": panel} if panel else {} for _name, panel in panels]
+        kinds = enumerate(name for name, _panel in panels)
+        views = refill(self, kinds, lambda kind: Factory.get(kind[1])(**values[kind[0]]))
         self.item, self.spacing = shelf, shelf.spacing
-        for view, (_name, panel) in zip(self.children[::-1], shelf.panels, strict=False):
+        for view, (_name, panel) in zip(views, shelf.panels, strict=False):
             view.host = self.host
             view.take(panel)
