@@ -11,6 +11,7 @@ from mir_sim import SimulatedRobot
 from mir_sim.mission_queue import MissionQueue
 from tests.simulation.diary import Trouble
 from tests.support.network import QUEUE, Fate
+from tests.support.targets import OrderItem, number_in_paths
 
 if TYPE_CHECKING:
     from tests.simulation.world import World
@@ -179,12 +180,13 @@ class Weather:
 
     def poison(self) -> None:
         """One of the newest items can't be read for a while."""
-        name, network = self._name(), self.world.site.network
-        items = list(self.world.site.queue(name))[-3:]
+        site = self.world.site
+        name, network = self._name(), site.network
+        items = [item for item in self.world.site.queue(name) if site.fleet is None or isinstance(item, OrderItem)][-3:]
         if not items:
             return
         item = self.rng.choice(items)
-        place = (name, item.id)
+        place = (name, number_in_paths(item))
         self.diary.excused[item.description] = "it could not be read"
         if self.rng.random() < 0.5:
             network.unreadable.add(place)
@@ -198,7 +200,7 @@ class Weather:
         if self.rng.random() < 0.5:
             self._lasts(self.rng.uniform(20, 1500), self._trouble("slow", name), cure)
         else:  # however calm it is
-            self.world.site.at(self.rng.uniform(2000, 6000), cure)
+            site.at(self.rng.uniform(2000, 6000), cure)
 
     def queue_is_reset(self) -> None:
         """The robot's database is reset: its queue and its history are lost."""

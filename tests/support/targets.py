@@ -240,6 +240,13 @@ class OrderItem:
         return None if self.order.ended is None else self.fleet.clock.stamp(self.order.ended)
 
 
+def number_in_paths(item: OrderItem | QueueItem) -> int:
+    """As ``as_robots_have_it`` and ``each_item`` have it: a classic fleet's are counted from the app's first."""
+    if isinstance(item, OrderItem):
+        return item.order.number - isinstance(item.fleet, ClassicFleet)
+    return item.id
+
+
 class OrdersOf:
     """What a fleet was ordered for one robot, oldest first, and what is in the robot's queue besides. Nothing leaves it."""
 

@@ -9,6 +9,7 @@ from app.domain.models import Place
 from app.services.catalogue import group_edit
 from mir_sim.mission_queue import MissionQueue
 from tests.services.story import *
+from tests.support.targets import number_in_paths
 
 RESTING = [do(lambda s: s.add_mission("Home")), set_up(poll_interval_seconds=120), rest()]  # read every two minutes
 TRIED = until(lambda s: s.executions() and s.row().attempts)
@@ -122,7 +123,7 @@ test_rest = cases_of(
                 120,
             ],
             until(lambda s, n=others + 1: [str(item.state) for item in s.all_items()] == ["Done"] * n, 1800),
-            do(lambda s: s.network.unreadable.add(("R1", s.items()[-1].id))),
+            do(lambda s: s.network.unreadable.add(("R1", number_in_paths(s.items()[-1])))),
             [2400, requests(1)],
             stays_open=mark is UNSORTED,  # whether it has ended is in no list that can be trusted
             mark=mark,
