@@ -293,6 +293,8 @@ class ClockGuard:
         if self._doubt is not None:  # earlier readings are void
             self._doubt.restart(mono)
             self._doubt.move(now - timedelta(seconds=step), step)
+        elif now < EARLIEST <= self._last[0]:
+            self._begin_doubt(now)
         elif step > self._shortest_doubtful():
             self._begin_doubt(self._last[0], step)
         elif step >= SHORTEST_ABSENCE.total_seconds():

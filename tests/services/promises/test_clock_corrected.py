@@ -77,6 +77,14 @@ test_corrected_clock = cases_of(
         stays_open=True,
     ),
     Story(
+        "what falls due while the clock is a year behind is sent when it is right",
+        plan(rule="FREQ=DAILY", window=60, workdays=False),
+        200,
+        each(*([clock(-days * DAY), 400, clock(days * DAY)] for days in (300, 400))),
+        300,
+        [items("Done"), ends(DONE), true(lambda s: sent_at(s)[0] < 605)],
+    ),
+    Story(
         "each start is sent after an undo",
         [OFTEN, ahead(FAR), delete(), right(FAR), undo(), all_leave()],
         on=BOTH,
