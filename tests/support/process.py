@@ -23,7 +23,7 @@ from app.services.catalogue import configuration
 from mir_sim import MISSIONS, Fleet
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 20.0  # s that any single step may take on a busy machine
+PATIENCE = 60.0  # s that any single step may take on a busy machine
 
 
 def environment() -> dict[str, str]:

@@ -13,7 +13,7 @@ from app.domain.execution import State
 from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission
 from tests.unit.sim.asking import GUIDS
 
-BOUND = 30.0
+BOUND = 60.0
 PASSWORDS = {FleetKind.CLASSIC: "scheduler", FleetKind.ENTERPRISE: "mir_scheduler"}
 
 

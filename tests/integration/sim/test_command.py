@@ -15,7 +15,7 @@ from mir_sim import DEVIANTS
 from mir_sim.__main__ import main
 from tests.unit.sim.asking import HEADERS
 
-BOUND = 20.0
+BOUND = 60.0
 
 
 @contextmanager

@@ -15,7 +15,7 @@ from mir_sim import DEVIANTS, Fleet, Profile, SimulatedRobot, deviant, serve
 from mir_sim.definition import load
 from tests.unit.sim.asking import GUIDS, HEADERS
 
-BOUND = 20.0  # s; only to end a test that would wait for ever
+BOUND = 60.0  # s; only to end a test that would wait for ever
 STEP = 0.5  # simulated s between two requests: 20 in 10 s
 OLD = 120  # items that the queue begins with
 ANY = object()  # a difference whose value is not written down here

@@ -15,7 +15,7 @@ from mir_sim.__main__ import main
 from tests.integration.sim.test_command import started
 from tests.unit.sim.asking import GUIDS, HEADERS
 
-BOUND = 20.0
+BOUND = 60.0
 
 
 def wait_until(condition: Callable[[], bool]) -> None:

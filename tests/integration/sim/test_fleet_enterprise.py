@@ -13,7 +13,7 @@ from tests.integration.mir.servers import CERTIFICATES, FIELD
 from tests.integration.sim.test_command import started
 from tests.unit.sim.asking import GUIDS
 
-BOUND = 20.0
+BOUND = 60.0
 KEY = {"x-api-key": "mir_scheduler"}
 
 

@@ -19,7 +19,7 @@ import mir_sim
 from mir_sim import Fleet, FleetRobot
 from tests.unit.sim.asking import GUIDS, HEADERS
 
-BOUND = 20.0  # s; only to end a test that would wait for ever
+BOUND = 60.0  # s; only to end a test that would wait for ever
 
 
 @pytest.fixture

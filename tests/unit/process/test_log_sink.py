@@ -13,7 +13,7 @@ import pytest
 from app.process.log_file import MOST_WAITING, RotatingFile, Sink, unbuffered
 from tests.support.modes import is_private
 
-WITHIN = 20.0
+WITHIN = 60.0
 
 
 class Place:
