@@ -46,7 +46,7 @@ def test_an_order_is_run_by_a_robot_that_can_be_reached_at_its_address() -> None
 def test_a_fleet_that_restarts_refuses_connections_and_its_robots_do_not() -> None:
     with mir_sim.serve(robots=1, fleet="classic") as served:
         assert served.above is not None
-        served.above.control({"reboot_seconds": 0.5})
+        served.above.control({"reboot_seconds": 3.0})  # long enough to be met
         url = f"{served.above.url}/api/v2.0.0/status"
 
         def is_reached() -> bool:
