@@ -182,7 +182,7 @@ class Weather:
         """One of the newest items can't be read for a while."""
         site = self.world.site
         name, network = self._name(), site.network
-        items = [item for item in self.world.site.queue(name) if site.fleet is None or isinstance(item, OrderItem)][-3:]
+        items = [item for item in site.queue(name) if site.fleet is None or isinstance(item, OrderItem)][-3:]
         if not items:
             return
         item = self.rng.choice(items)

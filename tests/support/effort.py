@@ -15,7 +15,7 @@ class Calls:
 @contextmanager
 def calls_of_this_thread() -> Iterator[Calls]:
     """Counts calls of Python functions in the block; those written in C are not counted."""
-    counted, before = Calls(), sys.getprofile()
+    counted = Calls()
 
     def count(_frame: FrameType, event: str, _arg: object) -> None:
         if event == "call":
@@ -25,4 +25,4 @@ def calls_of_this_thread() -> Iterator[Calls]:
     try:
         yield counted
     finally:
-        sys.setprofile(before)
+        sys.setprofile(None)

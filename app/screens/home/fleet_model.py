@@ -130,7 +130,8 @@ class FleetViewModel(FleetState, ViewModel):
         self.wall = Wall()
         self._soon = Clock.create_trigger(self._look_at_some, 0)
         self.fbind("is_shown", shell.navigator.setter("all_robots"))
-        self.bind(**dict.fromkeys(("query", "tight"), lambda *_args: self._show(by_hand=True)))
+        for name in ("query", "tight"):
+            self.fbind(name, lambda *_args: self._show(by_hand=True))
 
     def opened(self, *_args: Any, **_intent: Any) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))

@@ -294,7 +294,7 @@ class ClockGuard:
             self._doubt.restart(mono)
             self._doubt.move(now - timedelta(seconds=step), step)
         elif now < EARLIEST <= self._last[0]:
-            self._begin_doubt(now)
+            self._begin_doubt(now).restart(mono)
         elif step > self._shortest_doubtful():
             self._begin_doubt(self._last[0], step)
         elif step >= SHORTEST_ABSENCE.total_seconds():

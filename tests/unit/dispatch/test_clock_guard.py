@@ -183,6 +183,18 @@ def test_a_jump_ahead_that_robots_contradict_is_doubted_until_reverted(tablet):
     assert "app_was_off" not in tablet.codes()
 
 
+def test_a_clock_that_falls_back_to_before_the_app_existed_is_doubted_until_it_is_right(tablet):
+    tablet.judge(0.0)
+    tablet.clock.step(-400 * 24 * HOUR)
+    assert tablet.judge(0.0) == Judgement(False)  # a time that a robot said before proves nothing
+    assert tablet.judge() == Judgement(False)
+    tablet.clock.advance(1.0)
+    tablet.clock.step(400 * 24 * HOUR)
+    assert tablet.judge(0.0) == Judgement(False)
+    tablet.clock.advance(1.0)
+    assert tablet.judge(0.0).is_trusted
+
+
 def test_after_a_step_back_instants_may_come_again_once(tablet):
     tablet.judge(0.0)
     tablet.clock.step(-60.0)
