@@ -14,15 +14,16 @@ from app.database.activities import ActivityRepository
 from app.domain import rules
 from app.domain.activity import ActivitySpan
 from app.domain.execution import Execution, Reason, ReasonCode, State
-from app.domain.models import Group, Mission, Robot, Schedule, Settings
+from app.domain.models import WEEKDAYS, Group, Mission, Robot, Schedule, Settings
 from app.failures import BadInput
 from app.services.catalogue import robot_edit
 from app.services.planning.recurrence import occurrences
 
 USER, PASSWORD = "distributor", "distributor"  # the simulator's
 DAYS = 21
-LIVE = "Deliver kits to line 2"  # every ten minutes on every day, so that there is always something to see,
+LIVE = ("Deliver kits to line 2", "Collect empties")  # in turn, every ten minutes: there is always something to see,
 GROUP = "Hall 1"  # on the robot that will be done first
+BETWEEN = timedelta(minutes=10)
 FAVOURITES = ("Deliver kits to line 2", "Collect empties", "Return to charger")
 
 
@@ -46,7 +47,7 @@ PLAN: Sequence[Sequence[_Rule]] = (
     (
         _Rule("Collect empties", 6, 20, "FREQ=DAILY;BYHOUR=6,9,12,15;BYMINUTE=20", 8.2),
         _Rule("Waste to compactor", 16, 30, "FREQ=WEEKLY;BYDAY=MO,WE,FR", 12.0),
-        _Rule("Move coils to press", 12, 20, "FREQ=DAILY", 10.5),
+        _Rule("Move coils to press", 12, 22, "FREQ=DAILY", 10.5),
     ),  # while it collects empties: there is something to suggest
     (
         _Rule("Move coils to press", 6, 15, "FREQ=DAILY;BYHOUR=6,10,14;BYMINUTE=15", 10.5),
@@ -63,6 +64,7 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
     if known:
         _update_addresses(container, sorted(known, key=lambda robot: robot.id), robots)
         return
+    container.catalogue.change_settings(working_days=WEEKDAYS)  # a demo on a Sunday has a plan too
     saved = [container.catalogue.save_robot(Robot(name, url, USER), password=PASSWORD) for name, url in robots]
     by_name = {
         name: container.catalogue.save_mission(Mission(name, guid, favourite=name in FAVOURITES))
@@ -88,7 +90,8 @@ def furnish(container: Container, robots: Sequence[tuple[str, str]], missions: M
             ]
         history += _one_at_a_time(runs)
     group = container.catalogue.save_group(Group(GROUP, tuple(robot.id for robot in saved[: len(PLAN)])))
-    container.catalogue.save_schedule(_live_schedule(group, by_name[LIVE], settings, now))
+    for number, name in enumerate(LIVE):
+        container.catalogue.save_schedule(_live_schedule(group, by_name[name], settings, now + number * BETWEEN))
     container.catalogue.change_idle_rule(saved[0].id, mission_id=by_name["Return to charger"].id, after_minutes=15)
     history.sort(key=lambda row: row.planned_at)
     container.db.write(lambda w: container.repositories.executions.add_many(w, history))
@@ -135,9 +138,8 @@ def _live_schedule(group: Group, mission: Mission, settings: Settings, now: date
         mission.id,
         first,
         settings.timezone,
-        "FREQ=MINUTELY;INTERVAL=10",
+        f"FREQ=MINUTELY;INTERVAL={len(LIVE) * BETWEEN // timedelta(minutes=1)}",
         group_id=group.id,
-        respect_working_days=False,
     )
 
 
