@@ -86,7 +86,7 @@ class Site:
                 return 200, {
                     "state_id": 3,
                     "state_text": "Ready",
-                    "battery_percentage": 80.0,
+                    "battery_percentage": 60.0 + (now // 2 + robot.number) % 40,  # another one at each poll
                     "robot_name": f"R{robot.number}",
                     "robot_model": "MiR100",
                     "serial_number": f"S{robot.number:05}",
