@@ -15,7 +15,6 @@ from app.widgets.choices import ChoiceSheet
 from app.widgets.events import Fires, Late
 from app.widgets.fields import Field
 from app.widgets.items import Option
-from app.widgets.positions import OnMap  # noqa: F401  (kv's Factory learns it)
 from app.widgets.sheet import Sheet
 
 FINE = 50  # with up to this many numbers a step is 1, with more 5
@@ -75,28 +74,17 @@ class ChoiceField(Field):
         next(around(self, Sheet)).stack.pick(picker, partial(setattr, self, "chosen"))
 
 
-class PositionRow(BoxLayout):
-    """A position of the robot, chosen in the list or on its ``map``."""
-
-    label = StringProperty()
-    problem = StringProperty()
-    options = ListProperty()  # [(key, name), …]
-    chosen = ObjectProperty(None, allownone=True)
-    map = ObjectProperty(None, allownone=True)
-
-
-CHOICES = {"choice": ChoiceRow, "list": ChoiceField, "position": PositionRow}
+CHOICES = {"choice": ChoiceRow, "list": ChoiceField}
 
 
 class ParameterFields(Fires, Late, BoxLayout):
     """One field per parameter: ``fields`` have ``name``, ``label``, ``kind`` (text, int, count, steps, decimal, choice,
-    list, position), ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to);
-    ``problems`` is one sentence by name where something can't be used; ``map`` has positions. ``values()`` are the
+    list), ``default``, ``help``, ``choices`` [(value, word), …] and ``limits`` of steps (from, to);
+    ``problems`` is one sentence by name where something can't be used. ``values()`` are the
     entered values, and ``on_entered(values)`` reports them after each change; ``missing`` says in kv's words what has
     to be entered first, and is empty when nothing is missing."""
 
     fields = ListProperty()
-    map = ObjectProperty(None, allownone=True)
     problems = ObjectProperty({}, force_dispatch=True)
     missing = StringProperty()
     choose_first = StringProperty("{field}")
@@ -104,7 +92,7 @@ class ParameterFields(Fires, Late, BoxLayout):
 
     __events__ = ("on_entered",)
 
-    _views: Mapping[str, Field | ChoiceRow | PositionRow] = {}
+    _views: Mapping[str, Field | ChoiceRow] = {}
 
     def on_fields(self, *_):
         """If one of them has the focus, its successor gets it."""
@@ -139,15 +127,9 @@ class ParameterFields(Fires, Late, BoxLayout):
             view.fbind("chosen" if field.kind in CHOICES else "text", self._entered)
             self._views[field.name] = view
             self.add_widget(view)
-        self.on_map()
         self._look_for_empty()
         if hasattr(self._views.get(typing), "focus"):
             self._views[typing].focus = True
-
-    def on_map(self, *_):
-        for view in self._views.values():
-            if isinstance(view, PositionRow):
-                view.map = self.map
 
     def _entered(self, view, _value):
         view.problem = ""  # of what was there before

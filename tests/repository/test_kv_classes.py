@@ -38,7 +38,6 @@ PLACES = {
     "common/pin": "app.screens.common.pin_sheet",
     "rescue": "app.screens.rescue",
     "widgets/keyboard": "app.widgets.keyboard",
-    "widgets/positions": "app.widgets.positions",
     **{f"widgets/{name}": WIDGETS[0] for name in WIDGETS_KV},
 }
 

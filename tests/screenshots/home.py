@@ -33,7 +33,6 @@ from app.screens.home.screen import HomeScreen, HomeViewModel
 from app.screens.rescue import Damage, NotStarted
 from app.services.live.tablet import IS_COPY
 from app.widgets import load_kv
-from app.widgets.positions import PositionSheet, Spot
 from app.widgets.snackbar import Snackbars
 from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
@@ -45,9 +44,13 @@ PARAMETERS = (
     MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1"),
     MissionParameter("count", "Pallets", "Integer", 2, 1, 8),
 )
-PLACES = sample.FACTS.map.places
 POSITION = (
-    MissionParameter("place", "Position", sets="position", choices=tuple((place.name, place.name) for place in PLACES)),
+    MissionParameter(
+        "place",
+        "Position",
+        sets="position",
+        choices=tuple((place.name, place.name) for place in sample.FACTS.map.places),
+    ),
 )
 SILENCE = sample.without_veikko().snapshots[2].problem
 FAILED_RUN = next(run for run in sample.FINISHED if run.state is State.FAILED)
@@ -296,14 +299,6 @@ def pin(studio: Any) -> None:
 def position(studio: Any) -> None:
     """The hint to choose a mission, and where."""
     sent(studio, sample.FACTS, POSITION)
-
-
-@picture("home-position-map", sizes=EVERY_SIZE)
-def position_on_map(studio: Any) -> Any:
-    home(studio, sample.FACTS)
-    spots = [Spot(place.name, place.x, place.y, place.name) for place in PLACES]
-    picker = PositionSheet(sample.FACTS.map, title="Position", places=spots, chosen=PLACES[2].name)
-    return studio.dialogs.sheets.pick(picker, print)
 
 
 @picture("home-no-map", sizes=(*BOTH, SMALL))

@@ -67,7 +67,6 @@ DOCUMENTED: Sequence[tuple[str, str, str, Sequence[str]]] = (
             "home-unreachable",
             "home-held",
             "home-parameters",
-            "home-position-map",
             "home-waiting",
             "alarms",
             "late-starts",

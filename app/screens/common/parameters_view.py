@@ -20,7 +20,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 @dataclass(frozen=True)
 class ParameterField:
     """A field of the widget ParameterFields. ``kind``: text, int, count (an int from 0), steps (an int between ``limits``), decimal,
-    choice, list (of many) or position; ``choices`` are (value, word)."""
+    choice or list (positions, and many choices); ``choices`` are (value, word)."""
 
     name: str
     label: str
@@ -79,9 +79,7 @@ def problems_of(parameters: Sequence[MissionParameter]) -> Mapping[str, str]:
 
 def _field(parameter: MissionParameter) -> str:
     kind = kind_of(parameter)
-    if kind == "choice" and parameter.is_position:
-        return "position"
-    if kind == "choice" and len(parameter.choices) > CHIPS:
+    if kind == "choice" and (parameter.is_position or len(parameter.choices) > CHIPS):
         return "list"
     if _limits(parameter) is not None:
         return "steps"

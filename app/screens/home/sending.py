@@ -46,7 +46,6 @@ class SendSheet(HomeSheet):
     view = ObjectProperty(SendView(), rebind=True)
     fields = ListProperty()
     problems = ObjectProperty({}, force_dispatch=True)  # by name of the parameter
-    map = ObjectProperty(None, allownone=True)
 
     def take(self, found: Sequence[MissionParameter]) -> None:
         """What the mission asks for. If that is known already, what was entered stays."""
@@ -174,7 +173,6 @@ class Sending:
             sheet.target = Target()  # the robot itself, or the group was deleted
         now = self._services.clock.now()
         sheet.view = send_view(facts, robot, self._home.card, sheet.mission, sheet.target, self.usual, now)
-        sheet.map = self._home.map.picture
 
     # ------------------------------------------------------------------ what the operator presses
     def choose(self, key: object) -> None:

@@ -33,7 +33,6 @@ from app.services.planning.planned import Conflict, PlannedRun
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 from app.services.robots.commands import Operator
-from app.services.robots.maps import RobotMaps
 from app.services.robots.missions import RobotMissions
 from app.services.suggestions.suggestions import Suggestions
 
@@ -56,7 +55,6 @@ class SchedulerServices:
     forecasts: Forecasts
     history: History
     holds: Holds
-    maps: RobotMaps
     moving: Moving
     operator: Operator
     pausing: Pausing

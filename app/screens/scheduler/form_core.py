@@ -43,7 +43,6 @@ class FormCore(EventDispatcher):
     saving = BooleanProperty(False)
     parameters = ListProperty()  # fields of the chosen mission
     problems = ObjectProperty({})  # by name of the parameter
-    map = ObjectProperty(None, allownone=True)  # of the robot, if the mission needs a position
 
     def __init__(
         self,
@@ -190,7 +189,7 @@ class FormCore(EventDispatcher):
         if wanted == self._asked_of:
             return
         self._asked_of = wanted
-        self._is_asking, self.map = False, None
+        self._is_asking = False
         self._take_parameters(_parameters_of(self._draft))
         if robot_id is None or mission is None:
             return
@@ -245,26 +244,7 @@ class FormCore(EventDispatcher):
                 or _parameters_of(self._draft)
             )
             self._forecast_later()  # it may not have the mission at all
-            if any(parameter.is_position for parameter in found):
-                self._learn_map(asked)
         self._parameters_are_known(found or ())
-
-    def _learn_map(self, asked: Asked) -> None:
-        """Known parameters at once; otherwise the robot is asked, once."""
-        robot_id, maps = asked[0] or 0, self._services.maps
-        status = self._services.snapshots.get(robot_id).status
-        map_id = status.map_id if status is not None else None
-        if not map_id:
-            return
-        self.map = maps.known(robot_id, map_id)
-        if self.map is None and maps.is_due(robot_id, map_id):
-            self._shell.background.run(
-                lambda: maps.learn(robot_id, map_id),
-                lambda found: setattr(self, "map", found) if asked == self._asked_of else None,
-                lambda _problem: None,
-                key=("scheduler", "map"),
-                apart="maps",
-            )
 
     def _parameters_are_known(self, found: Sequence[MissionParameter]) -> None:
         """Save now if it has waited for them; but not if fields have just appeared unseen."""

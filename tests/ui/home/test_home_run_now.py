@@ -12,9 +12,8 @@ from app.widgets.buttons import ChoiceChip, CommandButton
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.dock import dock
 from app.widgets.fields import SearchField
-from app.widgets.flow import PositionRow
+from app.widgets.flow import ChoiceField
 from app.widgets.list_row import ListRow
-from app.widgets.positions import PositionsMap
 from app.widgets.snackbar import Snackbar
 from tests.support.history import last_ended
 from tests.ui.home.operator import choose, items, open_robot, press, rows, run
@@ -155,12 +154,12 @@ def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home,
     open_robot(ui, "Veikko")
     ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Go to position"))
     ui.tap(ui.find(SendTile, text="Go to position"))
-    ui.wait(lambda: ui.find_all(PositionRow))
+    ui.wait(lambda: ui.find_all(ChoiceField))
     home.aino.control({"reboot_seconds": 60})
     home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Aino"))
     ui.wait(lambda: home.root_vm.card.old and ui.find_all(SendTile, text="Go to position"))
     ui.tap(ui.find(SendTile, text="Go to position"))
-    ui.wait(lambda: ui.find_all(PositionRow))
+    ui.wait(lambda: ui.find_all(ChoiceField))
     assert not ui.find(CommandButton, text="Run on Aino").busy
 
 
@@ -195,20 +194,18 @@ def test_the_blocked_start_is_never_below_the_fold(home, ui):
     ui.wait(lambda: any(meta.startswith("on hold, not run from ") for _mission, meta in rows(ui)[:2]))
 
 
-def test_a_position_is_chosen_on_the_map_of_the_robot_and_named_in_logs(home, ui):
-    ui.wait(lambda: home.root_vm.map.picture is not None)
+def test_a_position_is_chosen_by_its_name_and_named_in_logs(home, ui):
     open_sheet(home, ui, "Go to position")
-    press(ui, "On the map")
+    ui.wait(lambda: ui.find_all(ChoiceField))
+    ui.tap(ui.find(ChoiceField))
     ui.advance(0.7)  # no touch where the sheet below was
-    chart = ui.find(PositionsMap)
-    spot = next(spot for spot in chart.places if spot.name == "Press")
-    ui.tap_at(*chart.to_window(*chart._point(spot.x, spot.y)))
-    press(ui, "Choose Press")
+    row = ui.find(OptionRow, title="Press")
+    ui.tap(row)
     ui.advance(0.7)
     press(ui, "Run on Aino")
     ui.wait(lambda: "Go to position · Press is sent to Aino" in home.shell.snackbars.texts)
     (execution,) = home.site.container.history.open()
-    assert list(execution.parameters.values()) == [spot.key]
+    assert list(execution.parameters.values()) == [row.item.key]
     home.shell.go("logs", execution_id=execution.id)
     ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.words.note == "Position: Press")
 

@@ -8,20 +8,17 @@ from datetime import date, datetime, time
 
 import pytest
 
-from app.domain.models import Between, Overlap, RobotSnapshot
-from app.domain.robot import MissionParameter, Pose, RobotStatus
+from app.domain.models import Between, Overlap
+from app.domain.robot import MissionParameter
 from app.mir.errors import Unreachable
 from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.scheduler.cards import FormSheet, StartLine, StepLine
 from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
-from app.services.robots.map_picture import MapPicture, Place
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, RepeatButton, SearchField
 from app.widgets.pickers import TimeCell
-from app.widgets.positions import OnMap, PositionsMap
-from app.widgets.rest import DOUBLE_TAP
 from app.widgets.snackbar import Snackbar
 from tests.support import month
 from tests.ui.checks import area, parents, visible_area
@@ -230,27 +227,6 @@ def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen,
     ui.tap(ui.find(OptionRow, title="Press"))
     assert field(ui, "Goal").value == "Press"
     assert ("Choose Goal first" in ui.texts(), save_button(ui).style) == (False, "filled")
-    save(screen, ui)
-    assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
-
-
-def test_a_position_is_chosen_on_the_map_where_the_robot_has_one(screen, container, ui, monkeypatch):
-    goal = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press")), sets="position")
-    hall = MapPicture("Hall", bytes(200), (20, 10), Pose(0, 0, 0), (40.0, 20.0), (Place("Press", 0.5, 0.5),))
-    asked: list[str] = []
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
-    monkeypatch.setattr(
-        container.snapshots, "get", lambda robot_id: RobotSnapshot(robot_id, status=RobotStatus(map_id="m-1"))
-    )
-    monkeypatch.setattr(container.maps, "learn", lambda _robot_id, map_id: asked.append(map_id) or hall)
-    choose(screen, ui, "Mission", "Bring pallet to dock")
-    ui.wait(lambda: ui.find_all(OnMap))
-    ui.tap(ui.find(OnMap))
-    ui.advance(DOUBLE_TAP)
-    chart = ui.find(PositionsMap)
-    ui.tap_at(*chart.to_window(*chart._point(0.5, 0.5)))
-    ui.tap(ui.find(CommandButton, text="Choose Press"))
-    assert (field(ui, "Goal").value, asked) == ("Press", ["m-1"])
     save(screen, ui)
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
 

@@ -60,7 +60,7 @@ PAUSE = MissionParameter("pause", "Pause", "Duration", "00:05:00.000000")
 
 def test_a_position_is_chosen_by_its_name_from_a_list_and_sent_as_its_guid():
     [field] = fields_of([GOAL])
-    assert (field.kind, field.choices, field.default) == ("position", (("g-1", "Dock 3"), ("g-2", "Press")), None)
+    assert (field.kind, field.choices, field.default) == ("list", (("g-1", "Dock 3"), ("g-2", "Press")), None)
     assert values_of([GOAL], {"goal": "g-2"}) == values_of([GOAL], {"goal": "press"}) == {"goal": "g-2"}
     for nothing, problem in ((None, "Choose one"), ("", "Choose one"), ("Nowhere", "Choose one of Dock 3, Press")):
         with pytest.raises(Problems) as caught:
