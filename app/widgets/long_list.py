@@ -94,17 +94,6 @@ class LongList(Fires, CalmScroll):
         """The rows that exist now, from the top."""
         return [seat.view for seat in sorted(self._live.values(), key=lambda seat: -seat.y)]
 
-    @property
-    def whole_rows(self) -> list:
-        """Rows that are completely visible."""
-        return [view for view in self.views if self._is_whole(view)]
-
-    def _is_whole(self, view) -> bool:
-        top = self._content.height - (1 - self.scroll_y) * max(
-            0, self._content.height - self.height
-        )  # what the upper edge shows
-        return view.parent.top <= top + 1 and view.parent.y >= top - self.height - 1
-
     def reveal(self, key) -> None:
         """Scroll until that row is completely visible, and no further."""
         if key not in self._places:

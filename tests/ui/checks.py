@@ -22,6 +22,7 @@ from kivy.uix.textinput import TextInput
 from kivy.uix.widget import Widget
 
 from app.widgets.fields import Field
+from app.widgets.long_list import LongList
 from app.widgets.sheet import Sheet
 from app.widgets.surfaces import Passive
 from app.widgets.text import SEAM, line_width
@@ -81,6 +82,11 @@ def visible_area(widget: Widget, above: tuple[Widget, ...]) -> tuple[float, floa
 def is_seen(widget: Widget) -> bool:
     """All of it, without scrolling."""
     return visible_area(widget, parents(widget)) == pytest.approx(area(widget), abs=1)
+
+
+def whole_rows(rows: LongList) -> list[Widget]:
+    """The rows that are seen whole, from the top."""
+    return [row for row in rows.views if is_seen(row)]
 
 
 def problems(root: Widget) -> list[str]:

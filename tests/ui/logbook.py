@@ -16,6 +16,7 @@ from app.screens.logs.cards import RunsList
 from app.screens.logs.view import Filters
 from app.widgets.list_row import ListRow
 from app.widgets.tabs import TabButton
+from tests.ui.checks import whole_rows
 from tests.ui.driver import Driver
 from tests.ui.whole_app import shown
 
@@ -73,7 +74,7 @@ def runs_of(app) -> list:
 
 def rows(ui: Driver) -> list[ListRow]:
     """The runs in sight, from the top."""
-    return [view for view in ui.find(RunsList).whole_rows if view.item.opens]
+    return [view for view in whole_rows(ui.find(RunsList)) if view.item.opens]
 
 
 def failures(container) -> ExecutionFilter:

@@ -8,6 +8,7 @@ from kivy.tests.common import UnitTestTouch
 from app.widgets.choices import OptionRow
 from app.widgets.items import Item
 from app.widgets.long_list import LongList
+from tests.ui.checks import whole_rows
 
 
 def lines(count: int) -> list[Item]:
@@ -83,4 +84,4 @@ def test_when_the_first_row_in_sight_goes_the_others_stay(ui):
     ui.advance(0.5)
     shown.data = [line for line in lines(40) if line.key != 10]
     ui.advance(0.5)
-    assert shown.whole_rows[0].key == 11
+    assert whole_rows(shown)[0].key == 11

@@ -16,6 +16,7 @@ from app.widgets.list_row import ListRow
 from app.widgets.lists import Rows
 from app.widgets.long_list import LongList
 from app.widgets.text import Txt
+from tests.ui.checks import whole_rows
 from tests.ui.test_widgets_lists import actions_of
 
 
@@ -106,7 +107,7 @@ def test_only_the_rows_below_one_that_grows_are_added_up_again(ui, monkeypatch):
         return accumulate(heights, initial=initial)
 
     monkeypatch.setattr(long_list, "accumulate", noted)
-    whole, row = rows.content_height, rows.whole_rows[0]
+    whole, row = rows.content_height, whole_rows(rows)[0]
     row.least += 40
     ui.advance(0.5)
     assert rows.content_height == whole + 40
@@ -225,13 +226,13 @@ def test_a_row_comes_into_sight_by_the_least_scrolling_to_a_row_edge(ui):
     rows = ui.show(
         LongList(viewclass="OptionRow", data=[Item(n, f"Option {n}", icon="star") for n in range(40)]), (400, 300)
     )
-    whole = [row.key for row in rows.whole_rows]
+    whole = [row.key for row in whole_rows(rows)]
     rows.reveal(whole[-1] + 1)
     ui.advance(0.5)
-    assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]
+    assert [row.key for row in whole_rows(rows)] == [key + 1 for key in whole]
     rows.reveal(whole[1])
     ui.advance(0.5)
-    assert [row.key for row in rows.whole_rows] == [key + 1 for key in whole]  # it is in sight
+    assert [row.key for row in whole_rows(rows)] == [key + 1 for key in whole]  # it is in sight
     rows.reveal(whole[0])
     ui.advance(0.5)
-    assert [row.key for row in rows.whole_rows] == whole
+    assert [row.key for row in whole_rows(rows)] == whole

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from kivy.clock import Clock
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 
 from app.domain.models import Alarm, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common.alarm_groups import Together, alarm_item, group_text, menu_of_group, together
 from app.screens.common.alarms_view import Act, id_in, is_shelved, is_unseen, past_count, way_to
-from app.screens.common.presses import DOUBLE_TAP, Presses
+from app.screens.common.presses import Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import ScreenBase, ViewModel
@@ -48,7 +47,7 @@ class AlarmsModel(ViewModel):
     rows = ListProperty()
     head = StringProperty()  # how many are new, or how many past ones there are
     empty = StringProperty()  # without rows
-    unseen = ListProperty()  # keys of unacknowledged rows
+    unseen = ListProperty()  # keys of unacknowledged rows of Open
     below = BooleanProperty(False)  # the buttons of a row are in a line of their own
 
     def __init__(self, services: FrameServices, shell: Shell, do: Do, back: Callable[[], object]) -> None:
@@ -100,8 +99,9 @@ class AlarmsModel(ViewModel):
         past: list[Together] = [(alarm,) for alarm in self._past or ()]
         groups = {"open": lines, "shelved": off, "past": past}[self.tab]
         self.rows = [item for group in groups for item in self._items(group)]
-        new = [item.key for item in self.rows if self.tab == "open" and any(map(is_unseen, self._meant_by(item.key)))]
-        self.unseen = new
+        self.unseen = [
+            item.key for item in self.rows if self.tab == "open" and any(map(is_unseen, self._meant_by(item.key)))
+        ]
         count = len(new_lines(lines))
         self.head = ngettext("{n} new", "{n} new", count).format(n=count) if count and self.tab == "open" else ""
         if self.tab == "past" and self.rows:
@@ -219,18 +219,9 @@ class AlarmsModel(ViewModel):
 
 
 class AlarmsScreen(ScreenBase):
-    """One button acknowledges all rows on screen, but no row that is hidden, cut off or has only just appeared, as it was not seen."""
-
-    all_word = StringProperty()  # of that button
-
     def __init__(self, vm: AlarmsModel, **kwargs: Any) -> None:
         load_kv("frame/alarms")
-        self._came: dict[object, float] = {}  # when a row was first there
-        self._rests_until = 0.0
-        self._look = Clock.create_trigger(self._name_button)
         super().__init__(vm=vm, can_go_back=True, **kwargs)
-        vm.bind(rows=self._rows_changed, unseen=self._rows_changed)
-        self.ids.alarm_rows.bind(scroll_y=self._look, size=self._look, pos=self._look, content_height=self._look)
 
     def shown(self, **intent: Any) -> None:
         self.on_tall()
@@ -244,35 +235,3 @@ class AlarmsScreen(ScreenBase):
 
     def go_back(self) -> None:
         self.vm.back()
-
-    def _rows_changed(self, *_args: Any) -> None:
-        now = Clock.get_time() if self._came else 0.0
-        self._came = {row.key: self._came.get(row.key, now) for row in self.vm.rows}
-        self._look()
-
-    def _in_sight(self) -> list[object]:
-        """Unacknowledged rows that are wholly on screen, or fill the page."""
-        page, unseen = self.ids.alarm_rows, set(self.vm.unseen)
-        bottom = page.to_window(*page.pos)[1]
-        found = []
-        for row in page.whole_rows:
-            low = row.to_window(*row.pos)[1]
-            shown = min(low + row.height, bottom + page.height) - max(low, bottom)
-            if row.key in unseen and shown >= min(row.height, page.height) - 1:
-                found.append(row.key)
-        return found
-
-    def _name_button(self, *_args: Any) -> None:
-        unseen = self.vm.unseen
-        found = len(self._in_sight()) if len(unseen) > 1 else 0
-        self.all_word = (
-            "" if not found else _("Acknowledge all") if found == len(unseen) else _("Acknowledge those shown")
-        )
-
-    def acknowledge(self) -> None:
-        """The rows on screen. A moment later others are in their places, unseen when a second tap comes."""
-        now = Clock.get_time()
-        if now < self._rests_until:
-            return
-        self._rests_until = now + DOUBLE_TAP
-        self.vm.acknowledge([key for key in self._in_sight() if now - self._came[key] >= DOUBLE_TAP])
