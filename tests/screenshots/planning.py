@@ -18,7 +18,6 @@ from app.screens.frame.facts import OpenIssues
 from app.screens.logs.screen import LogsScreen
 from app.screens.scheduler.draft import Kind, Unit
 from app.screens.scheduler.screen import SchedulerScreen
-from app.screens.scheduler.timeline import IDLE
 from app.services.suggestions.late_schedules import Cause, Finding
 from app.services.suggestions.suggestions import Advice, Change, Suggestion
 from app.services.suggestions.suggestions import Kind as ChangeKind
@@ -185,16 +184,6 @@ def fifty(container: Container) -> None:
 @picture("scheduler-fifty", sizes=EVERY_SIZE)
 def fifty_robots(studio: Any) -> Any:
     return Stand(studio, "scheduler", prepare=fifty).settle()
-
-
-@picture("scheduler-fifty-below", sizes=(LANDSCAPE,))
-def fifty_below(studio: Any) -> Any:
-    """Scrolled to those with nothing planned, which are opened."""
-    stand = Stand(studio, "scheduler", prepare=fifty)
-    stand.vm.open_line(IDLE)
-    stand.settle()
-    next(widget for widget in stand.screen.walk() if type(widget).__name__ == "HoursPart").scroll_y = 0.64
-    return stand.settle()
 
 
 @picture("scheduler-once-refused", sizes=BOTH)

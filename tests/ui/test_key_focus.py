@@ -365,7 +365,7 @@ def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui
     lanes = [
         Lane("Aino", bars=(Bar("past", 0, 1), *ahead)),
         Lane("Veikko", bars=(Bar("d", 8, 9), Bar("far", 40, 41))),
-        Lane("", key="idle", line="3 robots with nothing planned"),
+        Lane("Hall 1", key="hall", line="3 robots"),
     ]
     chart = Lanes(
         lanes=lanes, bands=[Band(15, 39, "Sat, day off", "folded")], now=1.5, hours=24, size_hint_y=None, height=160
@@ -395,7 +395,7 @@ def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui
     press(RIGHT)
     assert folds == [15]
     press(TAB, TAB)
-    assert (lines, opened) == (["idle"], ["a", "b", "d", "c"])
+    assert (lines, opened) == (["hall"], ["a", "b", "d", "c"])
     assert ring_at() > 0
     chart.lanes = lanes[1:]
     ui.advance(0.2)

@@ -105,17 +105,17 @@ def test_the_axis_stays_on_top_and_takes_the_taps_there_while_lanes_scroll(ui):
     assert calls == []
     ui.tap_at(200, ui.window.height - 60)
     assert calls == [(10,)]
-    chart.lanes = [Lane("", key="idle", line="34 robots with nothing planned"), *lanes]
+    chart.lanes = [Lane("Hall 1", key="hall", line="34 robots"), *lanes]
     chart.seen_from = 0
     chart.top = ui.window.height
     ui.advance(1.1)  # what has just come takes no tap until then
     for x in (20, 400):
         ui.tap_at(x, ui.window.height - 60)
-    assert opened == [("idle",), ("idle",)]
+    assert opened == [("hall",), ("hall",)]
 
 
 def test_no_line_of_the_time_is_seen_in_a_lane_that_stands_for_several(ui):
-    lanes = [Lane("Aino", key=1), Lane("", key="idle", line="34 robots with nothing planned")]
+    lanes = [Lane("Aino", key=1), Lane("Hall 1", key="hall", line="34 robots")]
     chart = ui.show(Lanes(lanes=lanes, hours=24), (800, 117))
     lane = chart._drawing.frame
     boxes = [

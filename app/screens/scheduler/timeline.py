@@ -29,8 +29,7 @@ SHORTEST = 1 / 60  # hours: a bar of no length would be no bar
 THIN = 1 / 85  # share of the visible part: bars this short, and this close together (twice), become one
 MERGED_FROM = 3  # of them
 FEW = 4  # robots, among which none is chosen
-MANY = 12  # lanes, as many as are seen at once; of more with bars, those of a group are one line
-IDLE = "idle"  # key of the line for robots without a bar
+MANY = 12  # lanes, as many as are seen at once; of more, those of a group are one line
 CONTENDING = ("planned", "running", "draft")  # states of bars that need their robot
 SPANS = (6, 8, 24, 168)  # hours to choose from
 STEPS = {6: 1, 12: 1, 24: 3, 48: 4, 96: 12}  # hours between labelled ticks for this many visible hours; a day beyond
@@ -114,7 +113,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
         lanes = made.with_lines(lanes, window.opened, Range(origin, first, _right_edge(first, window.hours, folds)))
     return TimelineView(
         origin,
-        lanes=_with_idle_last(facts, (*waiting, *lanes), window.opened),  # what has no robot is what people look for
+        lanes=(*waiting, *lanes),  # what has no robot is what people look for
         bands=(*closed, *axis.held(facts, now, read)),
         robots=_robots_word(facts, chosen),
         is_filtered=bool(chosen),
@@ -137,22 +136,6 @@ def _right_edge(first: float, hours: float, folds: Iterable[Band]) -> float:
         if fold.start < end and fold.end > first:
             end += fold.end - max(fold.start, first)
     return end
-
-
-def _with_idle_last(facts: SchedulerFacts, lanes: Sequence[Lane], opened: Hashable) -> tuple[Lane, ...]:
-    """With many robots, those without a bar are one line, and below it when it is open: with a few there is room for
-    all. What stands for any robot of a fleet is none of them."""
-    either = {robot.id for robot in facts.robots if robot.is_any}
-    idle = [lane for lane in lanes if not lane.bars and not lane.line and lane.key not in either]
-    if len(lanes) <= MANY or len(idle) < 2:
-        return tuple(lanes)
-    is_open = opened == IDLE
-    words = ngettext("{n} robot with nothing planned", "{n} robots with nothing planned", len(idle)).format(n=len(idle))
-    return (
-        *(lane for lane in lanes if lane not in idle),
-        Lane("", key=IDLE, line=words, is_open=is_open),
-        *(idle if is_open else ()),
-    )
 
 
 def _robots_word(facts: SchedulerFacts, chosen: Sequence[Robot]) -> str:
@@ -220,18 +203,17 @@ class _Lanes:
     def with_lines(self, lanes: list[Lane], opened: Hashable, seen: Range) -> list[Lane]:
         """With many robots, those of a group are one line, and below it when it is open: the first one, until another is
         chosen."""
-        busy = {lane.key: lane for lane in lanes if lane.bars}
-        if len(busy) <= MANY:
+        if len(lanes) <= MANY:
             return lanes
-        lines: list[Lane] = []
+        lines, single = list[Lane](), {lane.key: lane for lane in lanes}
         for group in self._facts.groups:
-            members = [lane for number, lane in busy.items() if number in group.members]
+            members = [lane for number, lane in single.items() if number in group.members]
             if len(members) > 1:
                 key, words = ("robots of", group.id), self._line(members, seen)
                 is_open = opened == key or (opened is None and not lines)
                 lines += [Lane(group.name, key=key, line=words, is_open=is_open), *(members if is_open else ())]
-                busy = {number: lane for number, lane in busy.items() if lane not in members}
-        return [*lines, *(lane for lane in lanes if not lane.bars or lane.key in busy)]
+                single = {number: lane for number, lane in single.items() if lane not in members}
+        return [*lines, *single.values()]
 
     def _line(self, lanes: Sequence[Lane], seen: Range) -> str:
         """Their robots, what is visible of them (future starts, problems), and their notes."""

@@ -13,7 +13,6 @@ from app.domain.models import Connection, DayException, Group, Robot
 from app.screens.scheduler.facts import Window
 from app.screens.scheduler.timeline import (
     ASSUMED_S,
-    IDLE,
     MANY,
     moved,
     span_text,
@@ -26,7 +25,6 @@ from app.services.catalogue.preview import Concern, ConcernCode, Forecast
 from app.services.planning.planned import PlannedRun
 from app.services.planning.recurrence import Occurrence
 from app.services.planning.working_days import WorkingCalendar
-from tests.support import fleet_facts
 from tests.support.scheduler_facts import (
     EMPTIES,
     EVERY_DAY,
@@ -272,27 +270,8 @@ def lanes(window=None, **values):
     ).lanes
 
 
-def test_robots_with_nothing_planned_share_one_line_that_opens():
-    shown = lanes()
-    assert [(lane.name, lane.line) for lane in shown] == [
-        ("R08", ""),
-        ("R31", ""),
-        ("", "48 robots with nothing planned"),
-    ]
-    assert not shown[2].is_open
-    opened = lanes(Window(opened=IDLE))
-    assert (len(opened), opened[2].is_open, opened[3].name) == (51, True, "R01")
-    few = lanes(robots=FLEET[:MANY], planned=(planned(22, robot=FLEET[0]),))
-    assert [lane.name for lane in few] == [robot.name for robot in FLEET[:MANY]]  # there is room for all
-
-
-def test_what_stands_for_any_robot_of_a_fleet_is_none_of_them():
-    either = replace(fleet_facts.ANY, id=99)
-    shown = lanes(robots=(*FLEET, either))
-    assert [(lane.name, lane.line) for lane in shown][2:] == [
-        ("Any of Hall 2", ""),
-        ("", "48 robots with nothing planned"),
-    ]
+def test_each_robot_has_its_lane_with_something_planned_or_not():
+    assert [lane.name for lane in lanes()] == [robot.name for robot in FLEET]
 
 
 HALLS = (Group("Hall 1", tuple(range(1, 11)), id=3), Group("Hall 2", (5, 11, 12), id=4), Group("Yard", (13, 40), id=5))
@@ -303,14 +282,14 @@ def starts(count: int) -> tuple[PlannedRun, ...]:
 
 
 def test_robots_of_a_group_share_one_line_that_opens():
-    """A robot of two groups is in the first; one of them alone needs no line."""
+    """A robot of two groups is in the first."""
     failed = execution(State.FAILED, 60, robot_id=2, robot="R02")
     plan = {"groups": HALLS, "planned": starts(MANY + 1), "past": (failed,)}
-    assert [(lane.name, lane.line) for lane in lanes(Window(opened=""), **plan)] == [
+    assert [(lane.name, lane.line) for lane in lanes(Window(opened=""), **plan)][:4] == [
         ("Hall 1", "10 robots · 10 starts · 1 failed run"),
         ("Hall 2", "2 robots · 2 starts"),
-        ("R13", ""),
-        ("", "37 robots with nothing planned"),
+        ("Yard", "2 robots · 1 start"),
+        ("R14", ""),
     ]
     opened = lanes(**plan)  # the first one is
     assert [lane.name for lane in opened[1:11]] == [f"R{n:02d}" for n in range(1, 11)]
@@ -321,8 +300,8 @@ def test_robots_of_a_group_share_one_line_that_opens():
     assert [lane.name for lane in chosen[:13]] == [
         f"R{n:02d}" for n in range(1, 14)
     ]  # who chooses robots wants to see them
-    few = lanes(**plan | {"planned": starts(MANY), "past": ()})
-    assert [lane.name for lane in few[:-1]] == [f"R{n:02d}" for n in range(1, MANY + 1)]
+    few = lanes(**plan | {"robots": FLEET[:MANY], "planned": starts(MANY)})
+    assert [lane.name for lane in few] == [f"R{n:02d}" for n in range(1, MANY + 1)]
 
 
 def test_the_line_of_a_group_counts_what_is_seen_of_it():
@@ -390,8 +369,9 @@ def test_lanes_are_those_of_the_robots_that_are_chosen():
 
     assert shown(3) == (["R03"], "R03", True)
     assert shown(3, 5) == (["R03", "R05"], "2 robots", True)
-    assert shown() == ([], "All robots", False)
-    assert shown(99) == ([], "All robots", False)  # it is not there any more
+    everyone = [robot.name for robot in FLEET], "All robots", False
+    assert shown() == everyone
+    assert shown(99) == everyone  # it is not there any more
     assert timeline(facts(), NOW).robots == ""
 
 
