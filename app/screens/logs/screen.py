@@ -12,7 +12,7 @@ from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.i18n import _
-from app.screens.common.mission_names import MissionNameLookup
+from app.screens.common.mission_names import MissionNameLookup, MissionNames
 from app.screens.common.name_order import with_id
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Job, Refresher, ScreenBase, ViewModel
@@ -26,7 +26,7 @@ from app.screens.logs.run_story import RunStory
 from app.screens.logs.view import Filters, Period
 from app.services.live.changes import Topic
 from app.widgets import load_kv
-from app.widgets.items import Option
+from app.widgets.items import Item, Option
 from app.widgets.tabs import Tab
 
 MAX_ROWS = 5000  # kept in the list; older runs are found with the filters
@@ -55,7 +55,7 @@ class LogsViewModel(ViewModel):
         self.facts = LogsFacts()
         self.story, self.files = RunStory(services, shell, self), LogsFiles(services, shell, self)
         self.figures, self.activity = FiguresTab(services, shell, self), ActivityTab(services, shell, self)
-        self._row_cache = view.RowCache()
+        self._items: list[Item] = []  # of the facts' runs
         self._names = MissionNameLookup(services.robot_missions, services.clock, shell, self._learnt)
         self._next_page: Job | None = None
         self._refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: self.wanted)
@@ -86,6 +86,7 @@ class LogsViewModel(ViewModel):
 
     def retranslated(self) -> None:
         self._show()
+        self.read()
 
     def _changed(self, event: Changed) -> None:
         """Robots report many times a second; what they do becomes history only with the executions."""
@@ -95,21 +96,32 @@ class LogsViewModel(ViewModel):
     def read(self) -> None:
         self._refresher.read()
 
-    def _start_reading(self) -> Callable[[], tuple[int, LogsFacts]]:
+    def _start_reading(self) -> Callable[[], tuple[int, LogsFacts, list[Item]]]:
         """With the names known now: robots may report more while a search is open."""
-        self.wanted = filters = replace(
-            self.wanted, values=self._shell.mission_names.known.positions_with(self.wanted.text)
-        )
+        names = self._shell.mission_names.known
+        self.wanted = filters = replace(self.wanted, values=names.positions_with(self.wanted.text))
         rows = min(MAX_ROWS, max(PAGE, len(self.facts.rows)))
-        return lambda: (rows, read_facts(self._services, filters, rows))
 
-    def _take(self, reading: tuple[int, LogsFacts]) -> None:
-        rows, facts = reading
+        def read() -> tuple[int, LogsFacts, list[Item]]:
+            facts = read_facts(self._services, filters, rows)
+            return rows, facts, self._listed(facts, names)
+
+        return read
+
+    def _listed(self, facts: LogsFacts, names: MissionNames) -> list[Item]:
+        """Off the UI thread, as there may be thousands."""
+        return view.listed(
+            facts.rows, facts.filters.folds, self._services.clock.now(), facts.zone, facts.expected, names
+        )
+
+    def _take(self, reading: tuple[int, LogsFacts, list[Item]]) -> None:
+        rows, facts, items = reading
         if min(len(self.facts.rows), MAX_ROWS) > max(rows, len(facts.rows)):  # more were loaded since
             self._refresher.request()
             return
-        self.facts = facts
+        self.facts, self._items = facts, items
         self._show()
+        self._look_for_names()
         self._read_part()
 
     def _read_part(self) -> None:
@@ -124,17 +136,21 @@ class LogsViewModel(ViewModel):
         facts, is_loading = self.facts, self._next_page is not None and not self._next_page.finished
         if is_loading or facts.next is None or len(facts.rows) >= MAX_ROWS:
             return
+        names = self._shell.mission_names.known
 
-        def loaded(page: LogsFacts) -> None:
+        def read() -> tuple[LogsFacts, list[Item]]:
+            more = facts.with_more(read_next_page(self._services, facts))
+            return more, self._listed(more, names)
+
+        def loaded(reading: tuple[LogsFacts, list[Item]]) -> None:
             if self.facts is facts:
-                self.facts = facts.with_more(page)
+                self.facts, self._items = reading
                 self._show_rows()
+                self._look_for_names()
             elif facts.filters == self.wanted == self.facts.filters:
                 self.load_more()  # the list was read again since: this page does not follow its last row
 
-        self._next_page = self._shell.background.run(
-            lambda: read_next_page(self._services, facts), loaded, self._shell.say_problem
-        )
+        self._next_page = self._shell.background.run(read, loaded, self._shell.say_problem)
 
     # ------------------------------------------------------------------ showing
     def _show(self) -> None:
@@ -155,26 +171,16 @@ class LogsViewModel(ViewModel):
         self.one_robot, self.filters = filters.robot_ids is not None, view.set_filters(filters, robots)
 
     def _show_rows(self) -> None:
-        facts, now, names = self.facts, self._services.clock.now(), self._shell.mission_names.known
-        pairs = [(run, 1) for run in facts.rows]
-        if facts.filters.folds:
-            pairs = list(view.folded(facts.rows, facts.zone))
-        runs = [run for run, _number in pairs]
-        items = [
-            view.several(item, like, number) if number > 1 and (like := view.like_of(run, facts.zone)) else item
-            for item, (run, number) in zip(
-                self._row_cache.rows(runs, now, facts.zone, facts.expected, names), pairs, strict=True
-            )
-        ]
-        today = now.astimezone(facts.zone).date()
-        self.rows = view.with_days(runs, items, today, facts.zone, self.story.run)
-        self._names.look(facts.robots, ((row.robot_id, row.mission_guid, row.parameters) for row in facts.rows))
+        """The one whose story is shown is marked."""
+        self.rows = [replace(item, look="chosen") if item.key == self.story.run else item for item in self._items]
+
+    def _look_for_names(self) -> None:
+        rows = ((row.robot_id, row.mission_guid, row.parameters) for row in self.facts.rows)
+        self._names.look(self.facts.robots, rows)
 
     def _learnt(self) -> None:
-        """Names of positions: a search may find more."""
-        self._show_rows()
-        if self.wanted.text:
-            self._refresher.request()
+        """Names of positions: they stand in rows, and a search may find more."""
+        self._refresher.request()
 
     # ------------------------------------------------------------------ the rows
     def row_action(self, key: int, _action: str = "open") -> None:
@@ -212,7 +218,7 @@ class LogsViewModel(ViewModel):
             self.close_story()
         if filters != self.wanted:
             self.wanted = filters
-            self.facts = replace(self.facts, rows=())
+            self.facts, self._items = replace(self.facts, rows=()), []
         self._show()
         self.read()
 

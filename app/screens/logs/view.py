@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import date, datetime, timedelta
 from enum import StrEnum
@@ -14,7 +14,7 @@ from app.domain.clock import DAY, midnight
 from app.domain.execution import OPEN_STATES, DurationEstimate, Execution, Reason, ReasonCode, State, Trigger
 from app.domain.models import Robot
 from app.domain.reasons import sentence
-from app.i18n import _, ngettext, translator
+from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import waiting_words
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
@@ -246,42 +246,22 @@ def row(
     )
 
 
-class RowCache:
-    """Rows of many runs: the row of an unchanged run is not built again, so that thousands can be shown within a frame."""
-
-    def __init__(self) -> None:
-        self._context: object = None  # what all rows depend on
-        self._rows: dict[int, tuple[Execution, Item]] = {}  # by run: its values then
-
-    def rows(
-        self,
-        executions: Sequence[Execution],
-        now: datetime,
-        zone: ZoneInfo,
-        expected: Mapping[int, DurationEstimate],
-        mission_names: MissionNames = NOTHING_KNOWN,
-    ) -> list[Item]:
-        """``row`` of each; ``expected`` goes by the id of what has not ended: its row changes with the time."""
-        context = zone, translator.language, mission_names
-        known = self._rows if context == self._context else {}
-        self._context, self._rows = context, {}
-        for execution in executions:
-            before = known.get(execution.id)
-            if before is None or execution.state.is_open or not (execution is before[0] or execution == before[0]):
-                before = execution, row(execution, now, zone, expected.get(execution.id), mission_names)
-            self._rows[execution.id] = before
-        return [item for _execution, item in self._rows.values()]
-
-
-def with_days(
-    executions: Sequence[Execution], items: Sequence[Item], today: date, zone: ZoneInfo, opened: Hashable = None
+def listed(
+    runs: Sequence[Execution],
+    folds: bool,
+    now: datetime,
+    zone: ZoneInfo,
+    expected: Mapping[int, DurationEstimate],
+    mission_names: MissionNames = NOTHING_KNOWN,
 ) -> list[Item]:
-    """The rows below the names of their days; the row ``opened`` is marked."""
-    found = []
-    pairs = zip(executions, items, strict=True)
+    """Runs as rows below the names of their days, if it ``folds`` one for each cause; ``expected`` goes by the id of what has not ended."""
+    found, today = list[Item](), now.astimezone(zone).date()
+    pairs = folded(runs, zone) if folds else ((run, 1) for run in runs)
     for day, of_day in groupby(pairs, lambda pair: pair[0].planned_at.astimezone(zone).date()):
         found.append(Item(f"day {day}", day_word(day, today), look="head", opens=False))
-        found += (replace(item, look="chosen") if item.key == opened else item for _run, item in of_day)
+        for run, number in of_day:
+            item, like = row(run, now, zone, expected.get(run.id), mission_names), like_of(run, zone)
+            found.append(several(item, like, number) if number > 1 and like else item)
     return found
 
 

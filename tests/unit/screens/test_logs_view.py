@@ -9,8 +9,7 @@ import pytest
 from app.domain.execution import DurationEstimate, Execution, Reason, ReasonCode, State, Trigger, Wait
 from app.domain.models import Robot
 from app.domain.robot import MissionParameter
-from app.i18n import translator
-from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
+from app.screens.common.mission_names import MissionNames
 from app.screens.logs import view
 from app.screens.logs.facts import execution_filter, filters_with
 from app.screens.logs.view import UNDER_WAY, Filters, Period
@@ -108,10 +107,9 @@ def test_a_run_under_way_says_how_long_it_will_take_if_that_is_known():
 
 def test_rows_stand_below_the_names_of_their_days():
     runs = [replace(DONE, id=n, planned_at=PLANNED - timedelta(days=days)) for n, days in enumerate((0, 0, 1, 400))]
-    items = view.with_days(runs, [row(run) for run in runs], NOW.astimezone(ZONE).date(), ZONE, opened=2)
+    items = view.listed(runs, False, NOW, ZONE, {})
     assert [item.title for item in items if item.look == "head"] == ["Today", "Yesterday", "Thu 16 Oct 2025"]
     assert [item.key for item in items if item.opens] == [0, 1, 2, 3]
-    assert [item.key for item in items if item.look == "chosen"] == [2]
     assert len({item.key for item in items}) == len(items)
 
 
@@ -120,50 +118,15 @@ def test_problems_of_one_cause_are_one_row_with_their_number():
     runs = [replace(FAILED, id=1), replace(FAILED, id=2, reason=dock_1), replace(FAILED, id=3), replace(SKIPPED, id=4)]
     found = [(run.id, number) for run, number in view.folded(runs, ZONE)]
     assert found == [(1, 2), (2, 1), (4, 1)]
-    assert view.several(row(runs[0]), view.like_of(runs[0], ZONE), 2).title == "Can't reach Dock 3 ×2"
+    items = [item for item in view.listed(runs, True, NOW, ZONE, {}) if item.opens]
+    assert [(item.key, item.title) for item in items] == [
+        (1, "Can't reach Dock 3 ×2"),
+        (2, "Deliver kits"),
+        (4, "Deliver kits"),
+    ]
     assert view.like_of(runs[3], ZONE).words == "Battery stayed under the minimum for its whole start window"
     assert Filters(outcomes=view.PROBLEMS).folds
     assert not Filters(outcomes=view.PROBLEMS, like=view.like_of(runs[0], ZONE)).folds
-
-
-def test_only_what_has_changed_is_built_again(monkeypatch):
-    cache, made = view.RowCache(), []
-    build = view.row
-    monkeypatch.setattr(view, "row", lambda execution, *args: (made.append(execution.id), build(execution, *args))[1])
-    runs = [replace(DONE, id=n) for n in range(5)]
-
-    def rows(runs, now=NOW, names=NOTHING_KNOWN):
-        made.clear()
-        found = cache.rows(runs, now, ZONE, {}, names)
-        assert found == [build(run, now, ZONE, None, names) for run in runs]
-        return list(made)
-
-    assert rows(runs) == [0, 1, 2, 3, 4]
-    assert rows([replace(run) for run in runs], NOW + timedelta(minutes=1)) == []
-    assert rows([replace(FAILED, id=9), *runs]) == [9]
-    assert rows([replace(FAILED, id=9), replace(FAILED, id=0), *runs[1:]]) == [0]
-    running = replace(DONE, id=1, state=State.EXECUTING)
-    assert rows([running]) == [1]
-    assert rows([running]) == [1]  # its time changes
-    assert rows([runs[0]], names=TO_DOCK) == [0]
-
-
-@pytest.fixture
-def finnish():
-    yield lambda: translator.use("fi")
-    translator.use("en")
-
-
-def test_rows_are_built_again_in_another_language(finnish):
-    """It is switched in Settings, which does not notify the Logs."""
-    cache, run = view.RowCache(), replace(SKIPPED, reason=None)
-
-    def outcomes():
-        return [item.meta for item in cache.rows([run], NOW, ZONE, {})]
-
-    assert outcomes() == ["Not run"]
-    finnish()
-    assert outcomes() == ["Ei ajettu"]
 
 
 # ---------------------------------------------------------------------- filters
