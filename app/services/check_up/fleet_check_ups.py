@@ -5,123 +5,70 @@ from __future__ import annotations
 
 import logging
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
-from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
 from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
-from app.domain.check_up import LeftBehind, Progress, Report, RobotProfile, Topic, Trial
-from app.domain.clock import Clock
+from app.domain.check_up import LeftBehind, Report, RobotProfile, Topic, Trial
 from app.domain.message import Message, message
-from app.domain.models import ANY_VEHICLE, Fleet, InvalidInput, Robot, Settings, existing
+from app.domain.models import ANY_VEHICLE, Fleet, InvalidInput, Robot, existing
 from app.domain.robot import FleetIdentity, Vehicle
 from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.errors import RobotError
 from app.mir.raw_client import PATIENT, RawClient
-from app.mir.target import Target
 from app.services.check_up import fleet_probes, fleet_trial
+from app.services.check_up.base import CheckUpsOf, IsWanted, Keep, OnProgress
 from app.services.check_up.fleet_orders import ClassicOrders, EnterpriseOrders
 from app.services.check_up.fleet_trial import FleetJournal, OrderTrial
-from app.services.check_up.remains import Remains
 from app.services.check_up.session import Cancelled, CheckUpSession, amber, green, red
 from app.services.check_up.trials import missions_of
-from app.services.dispatch.ledger import Ledger
-from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes
-from app.services.live.changes import Topic as Change
-from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
 FleetClient = ClassicVehicle | EnterpriseVehicle
 
 
-class FleetCheckUps(Remains):
-    """By the ids of fleets; else as ``CheckUps``."""
+class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
+    """A trial needs a mission and a robot."""
 
-    def __init__(
-        self,
-        db: Database,
-        *,
-        clock: Clock,
-        ledger: Ledger,
-        holds: Holds,
-        alarms: Alarms,
-        changes: Changes,
-        settings: Callable[[], Settings],
-        make_client: Callable[[Robot], Target],
-    ) -> None:
-        super().__init__(clock)
-        self._db, self._ledger, self._holds, self._alarms, self._changes = db, ledger, holds, alarms, changes
-        self._settings, self._make_client = settings, make_client
-        self._fleets, self._check_ups = FleetRepository(), CheckUpRepository()
+    WHAT = "fleet"
 
-    # ------------------------------------------------------------------ before
-    def report(self, fleet_id: int) -> Report | None:
-        """Of the last one."""
-        return self._check_ups.report_of_fleet(self._db.read(), fleet_id)
+    def __init__(self, db: Database, **services: Any) -> None:
+        super().__init__(db, **services)
+        self._fleets = FleetRepository()
+
+    def report(self, id_: int) -> Report | None:
+        return self._check_ups.report_of_fleet(self._db.read(), id_)
 
     @staticmethod
     def length_s(trial: Trial | None) -> float:
-        """Of the whole check-up, about."""
         return length_s(trial)
 
-    def moves(self, fleet_id: int, trial: Trial) -> Message:
-        """Exactly what happens in a trial, for a person to agree to."""
-        return moves(self._fleet(fleet_id).name, trial)
-
-    def harmless_missions(self, fleet_id: int) -> Sequence[str]:
-        """Names of its missions. Asks the fleet, as ``robots``. Raises RobotError or InvalidInput."""
-        with self._client(self._fleet(fleet_id)) as client:
-            return sorted(missions_of(client), key=str.casefold)
+    def moves(self, id_: int, trial: Trial) -> Message:
+        return moves(self._get(id_).name, trial)
 
     def robots(self, fleet_id: int) -> Sequence[str]:
         """Names of its robots, as the app calls them."""
-        fleet = self._fleet(fleet_id)
+        fleet = self._get(fleet_id)
         with self._client(fleet) as client:
             return sorted(self._by_name(fleet, client.identify_fleet()), key=str.casefold)
 
     # ------------------------------------------------------------------ the check-up
-    def run(
-        self,
-        fleet_id: int,
-        trial: Trial | None = None,
-        on_progress: Callable[[Progress], None] = lambda progress: None,
-        is_wanted: Callable[[], bool] = lambda: True,
-    ) -> Report:
-        """As ``CheckUps.run``; a trial needs a mission and a robot."""
-        fleet = self._fleet(fleet_id)
-        if trial is not None and not (trial.mission and trial.robot):
-            raise InvalidInput("mission", "choose a mission and a robot of the fleet for the trial")
-        with self._alone_with(fleet.id, fleet.name):
-            try:  # first: remains of the last one may block this one
-                problem = self._put_back(fleet)
-            except (RobotError, InvalidInput) as error:
-                problem = error.message
-            if problem is not None and trial is not None:
-                raise InvalidInput("robot", "the last check-up has not been undone yet: {problem}", problem=problem)
-            if trial is not None:
-                self._check_room(fleet)
-            report, known = self._run(fleet, trial, on_progress, is_wanted)
-        if report.is_complete:
-            self._db.write(lambda c: self._check_ups.put_of_fleet(c, fleet.id, report, known))
-            self._changes.publish(Change.ROBOTS)
-        log.info(
-            "fleet %r was checked up: %s%s", fleet.name, report.level, "" if report.is_complete else ", not complete"
-        )
-        return report
+    def _run(self, it: Fleet, trial: Trial | None, on_progress: OnProgress, is_wanted: IsWanted) -> tuple[Report, Keep]:
+        if trial is not None:
+            if not (trial.mission and trial.robot):
+                raise InvalidInput("mission", "choose a mission and a robot of the fleet for the trial")
+            self._check_room(it)
+        report, known = self._look(it, trial, on_progress, is_wanted)
+        return report, lambda c: self._check_ups.put_of_fleet(c, it.id, report, known)
 
-    def _run(
-        self,
-        fleet: Fleet,
-        trial: Trial | None,
-        on_progress: Callable[[Progress], None],
-        is_wanted: Callable[[], bool],
+    def _look(
+        self, fleet: Fleet, trial: Trial | None, on_progress: OnProgress, is_wanted: IsWanted
     ) -> tuple[Report, RobotProfile | None]:
         """And what the app may rely on from now on."""
         began_at, began = self._clock.now(), self._clock.monotonic()
@@ -163,7 +110,7 @@ class FleetCheckUps(Remains):
                 found=said.identity,
                 expected=fleet.identity,
             )
-        stored = self._fleet(fleet.id)
+        stored = self._get(fleet.id)
         self._db.write(lambda c: self._fleets.note_identity(c, stored, said.identity, said.software))
 
     # ------------------------------------------------------------------ the trial
@@ -192,7 +139,7 @@ class FleetCheckUps(Remains):
                 )
                 return True, False
             left = LeftBehind(fleet.identity, None, (str(uuid.uuid4()),), floor, queued=mission, vehicle=vehicle.id)
-            journal = FleetJournal(self._db, self._holds, self._alarms, fleet, left)
+            journal = self._journal(fleet, left)
             orders = self._orders(session.robot, client, fleet)
             tried = OrderTrial(session, orders, journal, date)
             try:
@@ -238,38 +185,21 @@ class FleetCheckUps(Remains):
         )
 
     # ------------------------------------------------------------------ what a trial left
-    def _left(self) -> Iterable[int]:
+    def _left(self) -> Mapping[int, LeftBehind]:
         return self._check_ups.left_on_fleets(self._db.read())
 
-    def put_back(self, id_: int) -> Message | None:
-        fleet = self._fleet(id_)
-        with self._alone_with(fleet.id, fleet.name):
-            return self._put_back(fleet)
+    def _journal(self, it: Fleet, left: LeftBehind) -> FleetJournal:
+        return FleetJournal(self._db, self._holds, self._alarms, it, left)
 
-    def _put_back(self, fleet: Fleet) -> Message | None:
-        left = self._check_ups.left_on_fleets(self._db.read()).get(fleet.id)
-        if left is None:
-            return None
-        self._holds.check_is_no_copy()
-        journal = FleetJournal(self._db, self._holds, self._alarms, fleet, left)
-        try:
-            with self._client(fleet, Vehicle(left.vehicle, "")) as client:
-                session = self._session(client)
-                problem = fleet_trial.put_back(session, self._orders(session.robot, client, fleet), journal)
-        except RobotError as error:
-            journal.warn(error.message)
-            raise
-        if problem is not None:
-            journal.warn(problem)
-        return problem
+    def _put_back(self, it: Fleet, journal: FleetJournal) -> Message | None:
+        with self._client(it, Vehicle(journal.left.vehicle, "")) as client:
+            session = self._session(client)
+            return fleet_trial.put_back(session, self._orders(session.robot, client, it), journal)
 
     # ------------------------------------------------------------------ inside
-    def _session(self, client: FleetClient, **values: Any) -> CheckUpSession:
-        return CheckUpSession(RawClient(client, self._clock), self._clock, self._settings().timezone, **values)
-
     @contextmanager
     def _client(self, fleet: Fleet, vehicle: Vehicle | None = None) -> Iterator[FleetClient]:
-        """A separate one with long time-outs, for this robot of the fleet."""
+        """For this robot of the fleet."""
         if fleet.needs_password or not fleet.token:
             raise InvalidInput(
                 "fleet", "{fleet} is switched off until its password is entered in Settings", fleet=fleet.name
@@ -292,8 +222,8 @@ class FleetCheckUps(Remains):
                     robot=rows[0].robot,
                 )
 
-    def _fleet(self, fleet_id: int) -> Fleet:
-        return existing(self._fleets.get(self._db.read(), fleet_id), "fleet", "this fleet no longer exists")
+    def _get(self, id_: int) -> Fleet:
+        return existing(self._fleets.get(self._db.read(), id_), "fleet", "this fleet no longer exists")
 
 
 def length_s(trial: Trial | None) -> float:

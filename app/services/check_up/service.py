@@ -1,40 +1,32 @@
-"""Check-ups of robots: find out a robot's real behaviour before relying on it. ``run`` blocks for a minute or two and
-belongs on a background thread, or in a command. The robot's worker continues on its own connection; while missions are
-queued for a check-up, a hold stops the plan's starts.
+"""Check-ups of robots: find out a robot's real behaviour before relying on it. The robot's worker continues on its
+own connection; while missions are queued for a check-up, a hold stops the plan's starts.
 """
 
 from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from typing import Any
 
-from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
 from app.database.robots import RobotRepository
-from app.domain.check_up import Level, Progress, Report, RobotProfile, Trial
+from app.domain.check_up import LeftBehind, Level, Report, RobotProfile, Trial
 from app.domain.check_up import Topic as CheckUpTopic
-from app.domain.clock import Clock
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput, Robot, Settings, existing
+from app.domain.models import InvalidInput, Robot, existing
 from app.domain.robot import Identity, RobotStatus
 from app.mir.client import RobotClient
-from app.mir.errors import RobotError
-from app.mir.raw_client import PATIENT, RawClient
-from app.mir.target import Target
+from app.mir.raw_client import PATIENT
 from app.mir.transport import Pace
+from app.services.check_up.base import CheckUpsOf, IsWanted, Keep, OnProgress
+from app.services.check_up.journal import Journal
 from app.services.check_up.probes import read_robot
-from app.services.check_up.remains import Remains
 from app.services.check_up.session import Cancelled, CheckUpSession
 from app.services.check_up.trial import NAME
-from app.services.check_up.trials import Trials, length_s, missions_of
-from app.services.dispatch.ledger import Ledger
-from app.services.live.alarms import Alarms
-from app.services.live.changes import Changes, Topic
-from app.services.live.holds import Holds
+from app.services.check_up.trials import Trials, length_s
 
 log = logging.getLogger(__name__)
 
@@ -48,82 +40,33 @@ TRIED = (
 )  # fields of the profile
 
 
-class CheckUps(Remains):
-    def __init__(
-        self,
-        db: Database,
-        *,
-        clock: Clock,
-        ledger: Ledger,
-        holds: Holds,
-        alarms: Alarms,
-        changes: Changes,
-        settings: Callable[[], Settings],
-        make_client: Callable[[Robot], Target],
-    ) -> None:
-        super().__init__(clock)
-        self._db, self._changes = db, changes
-        self._settings, self._make_client = settings, make_client
-        self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
-        self.trials = Trials(db, clock=clock, ledger=ledger, holds=holds, alarms=alarms, settings=settings)
+class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
+    WHAT = "robot"
 
-    # ------------------------------------------------------------------ before
-    def report(self, robot_id: int) -> Report | None:
+    def __init__(self, db: Database, **services: Any) -> None:
+        super().__init__(db, **services)
+        self._robots = RobotRepository()
+        self.trials = Trials(
+            db,
+            clock=self._clock,
+            ledger=self._ledger,
+            holds=self._holds,
+            alarms=self._alarms,
+            settings=self._settings,
+        )
+
+    def report(self, id_: int) -> Report | None:
         """Of the last one."""
-        return self._check_ups.report(self._db.read(), robot_id)
+        return self._check_ups.report(self._db.read(), id_)
 
     @staticmethod
     def length_s(trial: Trial | None) -> float:
         """Of the whole check-up, about."""
         return length_s(trial)
 
-    def moves(self, robot_id: int, trial: Trial) -> Message:
-        """Exactly what happens on the robot in a trial, for a person to agree to."""
-        return moves(self._robot(robot_id).name, trial)
-
-    def harmless_missions(self, robot_id: int) -> Sequence[str]:
-        """Names of the robot's missions, to choose a harmless one for a trial. Asks the robot. Raises RobotError or
-        InvalidInput."""
-        with self._client(self._robot(robot_id)) as client:
-            return sorted(missions_of(client), key=str.casefold)
-
-    # ------------------------------------------------------------------ the check-up
-    def run(
-        self,
-        robot_id: int,
-        trial: Trial | None = None,
-        on_progress: Callable[[Progress], None] = lambda progress: None,
-        is_wanted: Callable[[], bool] = lambda: True,
-    ) -> Report:
-        """Read the robot and, with a ``trial``, queue missions on it. ``on_progress`` is called with the progress.
-        ``is_wanted`` is called between questions, and changes are undone in any case. A silent robot is a finding, not
-        an error. An incomplete check-up is not stored.
-
-        Raises InvalidInput for a robot that is being checked up, and for a trial that can't be now, with the reason.
-        """
-        robot = self._robot(robot_id)
-        with self._alone_with(robot.id, robot.name), self._client(robot) as client:
-            problem: Message | None
-            try:  # first: remains of the last one may block this one
-                problem = self.trials.put_back(self._session(client), robot)
-            except (RobotError, InvalidInput) as error:
-                problem = error.message
-            if problem is not None and trial is not None:
-                raise InvalidInput("robot", "the last check-up has not been undone yet: {problem}", problem=problem)
-            if trial is not None:
-                self.trials.check(robot, client, trial)
-            report = self._run(robot, client, trial, on_progress, is_wanted)
-        if report.is_complete:
-            self._db.write(lambda c: self._keep(c, robot, report))
-            self._changes.publish(Topic.ROBOTS)
-        log.info(
-            "robot %r was checked up%s: %s%s",
-            robot.name,
-            f" with {report.mission!r}" if report.mission else "",
-            report.level,
-            "" if report.is_complete else ", not complete",
-        )
-        return report
+    def moves(self, id_: int, trial: Trial) -> Message:
+        """Exactly what happens in a trial, for a person to agree to."""
+        return moves(self._get(id_).name, trial)
 
     def _keep(self, c: sqlite3.Connection, robot: Robot, report: Report) -> None:
         """With which machine it was: a profile counts for that with this software."""
@@ -135,13 +78,15 @@ class CheckUps(Remains):
         self._robots.note_identity(c, robot, **{name: value for name, value in found.items() if value})
         self._check_ups.put(c, robot.id, report)
 
-    def _run(
-        self,
-        robot: Robot,
-        client: RobotClient,
-        trial: Trial | None,
-        on_progress: Callable[[Progress], None],
-        is_wanted: Callable[[], bool],
+    def _run(self, it: Robot, trial: Trial | None, on_progress: OnProgress, is_wanted: IsWanted) -> tuple[Report, Keep]:
+        with self._client(it) as client:
+            if trial is not None:
+                self.trials.check(it, client, trial)
+            report = self._look(it, client, trial, on_progress, is_wanted)
+        return report, lambda c: self._keep(c, it, report)
+
+    def _look(
+        self, robot: Robot, client: RobotClient, trial: Trial | None, on_progress: OnProgress, is_wanted: IsWanted
     ) -> Report:
         began_at, began = self._clock.now(), self._clock.monotonic()
         session = self._session(
@@ -175,36 +120,32 @@ class CheckUps(Remains):
         )
 
     # ------------------------------------------------------------------ what a trial left
-    def _left(self) -> Iterable[int]:
+    def _left(self) -> Mapping[int, LeftBehind]:
         return self.trials.left_behind()
 
-    def put_back(self, robot_id: int) -> Message | None:
-        """Undo an interrupted trial on the robot. Returns what could not be undone; None: everything is restored.
-        Raises InvalidInput or RobotError."""
-        robot = self._robot(robot_id)
-        with self._alone_with(robot.id, robot.name), self._client(robot) as client:
-            return self.trials.put_back(self._session(client), robot)
+    def _journal(self, it: Robot, left: LeftBehind) -> Journal:
+        return Journal(self._db, self._holds, self._alarms, it, left)
+
+    def _put_back(self, it: Robot, journal: Journal) -> Message | None:
+        with self._client(it) as client:
+            return self.trials.put_back(self._session(client), it, journal)
 
     # ------------------------------------------------------------------ inside
-    def _session(self, client: RobotClient, **values: Any) -> CheckUpSession:
-        return CheckUpSession(RawClient(client, self._clock), self._clock, self._settings().timezone, **values)
-
     @contextmanager
-    def _client(self, robot: Robot) -> Iterator[RobotClient]:
-        """A separate client with long time-outs, without the profile of an earlier check-up; with its own request
-        limit, to measure the robot's."""
-        if robot.needs_password or not robot.token:
+    def _client(self, it: Robot) -> Iterator[RobotClient]:
+        """Without the profile of an earlier check-up; with its own request limit, to measure the robot's."""
+        if it.needs_password or not it.token:
             raise InvalidInput(
-                "robot", "{robot} is switched off until its password is entered in Settings", robot=robot.name
+                "robot", "{robot} is switched off until its password is entered in Settings", robot=it.name
             )
-        with closing(self._make_client(replace(robot, profile=None))) as client:
+        with closing(self._make_client(replace(it, profile=None))) as client:
             if not isinstance(client, RobotClient):
-                raise InvalidInput("robot", "{robot} belongs to a fleet: check the fleet up instead", robot=robot.name)
+                raise InvalidInput("robot", "{robot} belongs to a fleet: check the fleet up instead", robot=it.name)
             client.timeouts, client.pace = PATIENT, Pace(self._clock.monotonic, self._clock.sleep)
             yield client
 
-    def _robot(self, robot_id: int) -> Robot:
-        return existing(self._robots.get(self._db.read(), robot_id), "robot", "this robot has been removed")
+    def _get(self, id_: int) -> Robot:
+        return existing(self._robots.get(self._db.read(), id_), "robot", "this robot has been removed")
 
 
 def moves(robot: str, trial: Trial) -> Message:

@@ -169,33 +169,16 @@ class Trials:
     def left_behind(self) -> Mapping[int, LeftBehind]:
         return self._check_ups.left_behind(self._db.read())
 
-    def put_back(self, session: CheckUpSession, robot: Robot) -> Message | None:
-        """Undo an interrupted trial there. Returns what could not be undone. Raises RobotError, and InvalidInput on a
-        copy."""
-        left = self.left_behind().get(robot.id)
-        if left is None:
+    def put_back(self, session: CheckUpSession, robot: Robot, journal: Journal) -> Message | None:
+        """Undo an interrupted trial there. Returns what could not be undone. Raises RobotError."""
+        left = journal.left
+        if _is_another(left, robot.serial_number) or _is_another(left, session.identify().serial_number):
+            log.warning(
+                "robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number
+            )
+            journal.end()
             return None
-        self._holds.check_is_no_copy()
-        journal = Journal(self._db, self._holds, self._alarms, robot, left)
-        try:
-            if _is_another(left, robot.serial_number) or _is_another(left, session.identify().serial_number):
-                log.warning(
-                    "robot %r: what a check-up left is on the machine with serial number %s",
-                    robot.name,
-                    left.serial_number,
-                )
-                journal.end()
-                return None
-            problem = self._put_back(session, robot, journal, is_late=self._is_late(robot, left)).problem
-        except RobotError as error:
-            journal.warn(error.message)
-            raise
-        if problem is not None:
-            journal.warn(problem)
-        log.info(
-            "robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there"
-        )
-        return problem
+        return self._put_back(session, robot, journal, is_late=self._is_late(robot, left)).problem
 
     def _is_late(self, robot: Robot, left: LeftBehind) -> bool:
         """Whether a person may have taken the robot since: the trial began long ago, or its hold was ended."""
