@@ -6,15 +6,14 @@ imported files, is kept unchanged under ``Kind.OTHER``. An unchanged draft makes
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, time, timedelta
 from enum import StrEnum
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain.models import WEEKDAYS, Between, InvalidInput, Overlap, Schedule, Settings
-from app.services.catalogue.undo import TARGET, TASK
 from app.services.planning.recurrence import next_occurrence
 from app.services.planning.working_days import WorkingCalendar
 
@@ -45,11 +44,6 @@ BEGINS_AT = {Unit.MINUTES: 30, Unit.HOURS: 1}  # "every …" with that unit, unt
 MOST = {Unit.MINUTES: 720, Unit.HOURS: 24}  # "every …": what the form offers
 COMMON = {Unit.MINUTES: (5, 10, 15, 20, 30), Unit.HOURS: (1, 2, 3, 4, 6)}
 DAY_BEGINS = time(8, 0)  # a new "every …" does, until another time is chosen
-# the fields of the time, which change together
-TIMES = (
-    *("kind", "every", "unit", "all_day", "by_weekday", "last_day", "other_rule", "day", "at", "timezone"),
-    *("more_hours", "weekdays", "until_time", "month_day", "nth", "month_weekday", "origin"),
-)
 # the fields that a schedule has, too
 SAME = (
     *("mission_id", "robot_id", "group_id", "finish_by_minutes", "minimum_battery_percent", "start_window_minutes"),
@@ -91,7 +85,6 @@ class Draft:
     name: str = ""
     base: Schedule | None = None
     origin: Schedule | None = None  # the source of its times: the base, or the copied schedule
-    lost: Schedule | None = None  # its schedule, which has been deleted since
 
     @property
     def is_new(self) -> bool:
@@ -114,9 +107,10 @@ class Draft:
             overlap=Overlap.SKIP if self.overlap is Overlap.PARALLEL else self.overlap,
         )
 
-    def is_stored(self, name: str) -> bool:
-        """Whether it is an unchanged schedule; ``name`` is the one entered by a person."""
-        return self.base is not None and replace(Draft.of(self.base, name), origin=self.origin) == self
+    @property
+    def is_stored(self) -> bool:
+        """Whether it is an unchanged schedule, except for its name."""
+        return self.base is not None and replace(Draft.of(self.base, self.name), origin=self.origin) == self
 
     @property
     def times(self) -> tuple[Any, ...]:
@@ -270,24 +264,6 @@ class Draft:
     def copy(self) -> Draft:
         """The same as a new schedule, without its name."""
         return replace(self, base=None, name="")
-
-    def brought_up_to_date(self, stored: Schedule | None, name: Callable[[Schedule], str]) -> Draft:
-        """Updated by the stored schedule where nothing else was entered; None: it was deleted, and saving makes a new
-        one unless that is undone. ``name(schedule)`` is the name that a person entered."""
-        base = self.base or self.lost
-        if base is None:
-            return self
-        if stored is None:
-            return replace(self, base=None, lost=base)
-        before, now = Draft.of(base, name(base)), Draft.of(stored, name(stored))
-        draft = replace(self, **{each: getattr(now, each) for each in TIMES}) if self.times == before.times else self
-        for together in (TARGET, TASK):
-            if all(getattr(self, each) == getattr(before, each) for each in together):
-                draft = replace(draft, **{each: getattr(now, each) for each in together})
-        single = {each.name for each in fields(self)} - {*TIMES, *TARGET, *TASK, "entered", "base", "lost"}
-        changed = {each: getattr(now, each) for each in single if getattr(self, each) == getattr(before, each)}
-        entered = self.entered if draft.mission_id == self.mission_id else {}
-        return replace(draft, base=stored, lost=None, entered=entered, **changed)
 
     # ------------------------------------------------------------------ inside
     @property

@@ -182,17 +182,6 @@ class SchedulerFacts:
             names.own_schedule_name(schedule.name, mission.name, target.name) if target and mission else schedule.name
         )
 
-    @property
-    def names_of_all(self) -> list[tuple[int, str]]:
-        """Of what a schedule can name, and of the schedules."""
-        named: tuple[Robot | Group | Mission | Schedule, ...] = (
-            *self.robots,
-            *self.groups,
-            *self.missions,
-            *self.schedules,
-        )
-        return [(each.id, each.name) for each in named]
-
     def given_to(self) -> Iterator[Start]:
         """Values of missions, present and past, by robot."""
         yield from ((run.robot_id, run.mission_guid, run.parameters) for run in self.past)

@@ -43,12 +43,12 @@ class FormModel(FormCore):
     def put_aside(self) -> None:
         """What was entered can be brought back; what waits for the robot is saved."""
         self.wait_no_more()
-        if self.is_open and not (self._draft == self._begun or self._submitted or self._is_stored):
+        if self.is_open and not self._submitted and self._draft != self._begun:
             self._offer_back(_("{name}: not saved").format(name=form_view.called(self._facts, self._draft)))
         self.is_open = False
 
     def _offer_back(self, said: str) -> None:
-        schedule = self._draft.base or self._draft.lost
+        schedule = self._draft.base
         self._shell.snackbars.undo(
             said,
             _("Undo"),
@@ -57,19 +57,10 @@ class FormModel(FormCore):
         )
 
     def take(self, facts: SchedulerFacts) -> None:
-        """Facts were read again. An untouched form follows their defaults; one being edited keeps what was entered. If
-        nothing was entered, a deleted schedule closes it."""
-        base, is_stored = self._draft.base, self._is_stored
-        if facts.names_of_all != self._facts.names_of_all:
-            self._refused = None  # it may be possible now
+        """Facts were read again. An untouched new form follows their defaults."""
         self._facts = facts
         if self._proposes and self._draft == self._begun:
             self._draft = self._begun = self._fresh()
-        elif is_stored and base is not None and facts.schedule(base.id) is None:
-            self.is_open = False
-        elif (base := base or self._draft.lost) is not None:
-            before, self._draft = self._draft, self._draft.brought_up_to_date(facts.schedule(base.id), facts.name)
-            self._refused = self._refused if self._draft == before else None
         self._ask_parameters()
         self.forecast()
 
@@ -102,12 +93,11 @@ class FormModel(FormCore):
                 )
                 return
         draft, schedule, catalogue = self._draft, self._draft.schedule(), self._services.catalogue
-        # what was generated is no entry
-        before = draft.base and replace(draft.base, name=self._facts.name(draft.base))
+        before = draft.base and replace(draft.base, name=self._begun.name)  # what was generated is no entry
         self.saving = self._submitted = True
         self._shell.background.run(
             lambda: catalogue.save_schedule(schedule) if before is None else catalogue.change(before, schedule),
-            lambda saved: self._is_saved(saved, is_new=draft.is_new),
+            lambda saved: self._is_saved(draft, saved),
             lambda problem: self._not_saved(draft, problem),
         )
 
@@ -116,26 +106,26 @@ class FormModel(FormCore):
         """The values in the fields of the parameters."""
         return {**{field.name: field.default for field in self.parameters}, **self._draft.entered}
 
-    def _is_saved(self, schedule: Schedule, *, is_new: bool) -> None:
+    def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
         """Entries that were made since are not."""
         name, is_done = self._facts.called(schedule), self._submitted
         self.saving = self._submitted = False
         self._shell.snackbars.end(about(schedule.id))  # an Undo of what was there before
         self._shell.snackbars.end(("draft", schedule.id))  # what was entered for it before, and not saved
         is_said = self._host.saved(schedule)
-        self._draft = replace(self._draft, base=schedule, lost=None)
+        self._begun, self._draft = replace(draft, base=schedule), replace(self._draft, base=schedule)
         if is_done:
             self.is_open = False
         else:
             self._changed()
         if not is_said:
             self._shell.snackbars.show(
-                _("{name} is planned").format(name=name) if is_new else _("{name} is changed").format(name=name),
+                _("{name} is planned").format(name=name) if draft.is_new else _("{name} is changed").format(name=name),
                 icon="calendar-check",
             )
 
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
-        is_unchanged = self._submitted and self._draft == draft  # neither by hand nor by a reading
+        is_unchanged = self._submitted and self._draft == draft
         self.saving = self._submitted = False
         name = form_view.called(self._facts, draft)
         if not self.is_open:  # somebody is on with another one, in good faith

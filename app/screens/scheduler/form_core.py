@@ -74,19 +74,13 @@ class FormCore(EventDispatcher):
     def draft(self) -> Draft:
         return self._draft
 
-    @property
-    def _is_stored(self) -> bool:
-        """Whether it is an unchanged schedule; before the first reading its entered name is unknown."""
-        draft = self._draft
-        return draft.is_stored(self._facts.name(draft.base) if self._facts.robots else draft.name)
-
     def show(self) -> None:
         """Build the texts again: time has passed, or the language was switched."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
         self.view = form_view.present(self._facts, self._draft, preview, self._services.clock.now())
         self.more = self.more or self.view.wrong_field in form_view.UNDER_MORE
         if self._host.form is self:
-            shown = self.is_open and not self._is_stored
+            shown = self.is_open and not self._draft.is_stored
             self._host.show_draft(self._draft if shown else None, self._preview.forecast)
 
     def on_is_open(self, *_args: object) -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from datetime import timedelta
 from zoneinfo import ZoneInfo
 
 import pytest
@@ -45,24 +43,6 @@ def test_so_is_a_group(screen, container, ui):
 
 
 # ---------------------------------------------------------------------- the schedule itself
-@pytest.mark.parametrize("with_its", ["", "mission", "robot"])
-def test_an_unchanged_schedule_leaves_the_form_when_it_is_deleted_elsewhere(screen, container, ui, with_its):
-    schedule, catalogue = stock(container), container.catalogue
-    screen.plan.edit(schedule.id)
-    settle(screen, ui)
-    if with_its == "":
-        catalogue.remove_schedule(schedule.id)
-    elif with_its == "mission":
-        catalogue.remove_mission(schedule.mission_id)
-    else:
-        catalogue.remove_robot(schedule.robot_id)
-    settle(screen, ui)
-    assert not screen.plan.form.is_open
-    screen.plan.edit(schedules(container)[0].id)
-    settle(screen, ui)
-    assert said(screen) == []
-
-
 def test_a_missing_schedule_that_should_be_shown_is_not_shown_later(screen, container, ui):
     removed = container.catalogue.remove_schedule(stock(container).id)
     settle(screen, ui)
@@ -75,38 +55,6 @@ def test_a_missing_schedule_that_should_be_shown_is_not_shown_later(screen, cont
 
 
 # ---------------------------------------------------------------------- a refusal whose reason ended
-@pytest.mark.parametrize("is_read", ["before", "after"])
-def test_a_schedule_that_is_deleted_while_it_is_being_saved_can_be_created_again(screen, container, ui, slow, is_read):
-    schedule = stock(container)
-    screen.plan.edit(schedule.id)
-    screen.plan.form.set(priority=3)
-    settle(screen, ui)
-    ui.tap(save_button(ui))
-    container.catalogue.remove_schedule(schedule.id)
-    if is_read == "before":
-        ui.wait(lambda: screen.plan.form.draft.is_new)
-    slow.set()
-    settle(screen, ui)
-    assert screen.plan.form.draft.is_new
-    save(screen, ui)
-    assert [each.priority for each in schedules(container) if each.name == schedule.name] == [3]
-
-
-def test_a_name_can_be_taken_once_it_is_free(screen, container, ui):
-    choose(screen, ui, "Mission", KITS)
-    screen.plan.form.set(name=stock(container).name)
-    settle(screen, ui)
-    save(screen, ui)
-    assert save_button(ui).disabled
-    container.pausing.pause(stock(container).id, container.clock.now() + timedelta(days=5))
-    settle(screen, ui)
-    assert save_button(ui).disabled
-    container.catalogue.save_schedule(replace(stock(container), name="Inventory"))
-    settle(screen, ui)
-    save(screen, ui)
-    assert not screen.plan.form.is_open
-
-
 def test_a_refused_schedule_can_be_saved_with_another_parameter(screen, container, ui, monkeypatch):
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
     choose(screen, ui, "Mission", KITS)

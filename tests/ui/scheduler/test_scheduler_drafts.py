@@ -8,7 +8,6 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.robot import MissionParameter
 from app.widgets.flow import ParameterFields
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
@@ -16,7 +15,6 @@ from tests.ui.planner import (
     PALLETS,
     bring_back,
     choose,
-    kind,
     leave_entries,
     other,
     press_save,
@@ -158,7 +156,9 @@ def test_parameters_that_were_typed_are_put_aside_and_brought_back(screen, conta
 
 def test_text_that_was_typed_and_removed_is_no_entry(screen, container, ui, monkeypatch):
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
-    screen.plan.edit(container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5})).id)
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
     typed(screen, ui, "7")
     typed(screen, ui, "5")
     other(screen, container, ui)
@@ -194,37 +194,6 @@ def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container
     after = stored(container, changed)
     assert (after.name, after.priority, after.minimum_battery_percent, after.enabled) == ("Inventory", 3, 55, False)
     assert after.paused_until is not None
-
-
-def test_parameters_that_were_saved_elsewhere_stay_too(screen, container, ui, monkeypatch):
-    both = (PALLETS, MissionParameter("height", "Height", "integer", 1, 1, None))
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: both)
-    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5, "height": 1}))
-    settle(screen, ui)
-    screen.plan.edit(schedule.id)
-    settle(screen, ui)
-    ui.find(ParameterFields).children[0].text = "3"  # the height
-    container.catalogue.save_schedule(replace(schedule, parameters={"count": 8, "height": 1}))
-    settle(screen, ui)
-    assert ui.find(ParameterFields).values() == {"count": "8", "height": "3"}
-    save(screen, ui)
-    assert stored(container, schedule).parameters == {"count": 8, "height": 3}
-
-
-def test_a_mission_that_was_saved_elsewhere_asks_for_its_parameters(screen, container, ui, monkeypatch):
-    kits = next(mission for mission in container.catalogue.missions() if mission.name == KITS)
-    monkeypatch.setattr(
-        container.robot_missions, "parameters", lambda _robot_id, guid: (PALLETS,) if guid == kits.guid else ()
-    )
-    screen.plan.edit(stock(container).id)
-    screen.plan.form.set(priority=3)
-    settle(screen, ui)
-    changed = container.catalogue.save_schedule(replace(stock(container), mission_id=kits.id, parameters={"count": 8}))
-    settle(screen, ui)
-    assert ui.find(ParameterFields).values() == {"count": "8"}
-    save(screen, ui)
-    after = stored(container, changed)
-    assert (after.mission_id, after.parameters, after.priority) == (kits.id, {"count": 8}, 3)
 
 
 def test_what_was_changed_elsewhere_in_the_same_moment_stays(screen, container, ui):
@@ -265,13 +234,10 @@ def test_unsaved_entries_are_restored_with_a_deleted_schedule(screen, container,
     assert [schedule.name for schedule in schedules(container) if schedule.priority == 3] == ["Count"]
 
 
-def test_unsaved_entries_of_a_deleted_schedule_create_it_again(screen, container, ui):
-    before = len(schedules(container))
+def test_entries_for_a_schedule_that_was_deleted_elsewhere_are_refused(screen, container, ui):
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(name="Count")
-    kind(screen, ui, "Daily")
     container.catalogue.remove_schedule(stock(container).id)
     settle(screen, ui)
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.name) == (True, "Count")
     save(screen, ui)
-    assert len(schedules(container)) == before
+    assert (screen.plan.form.view.why, screen.plan.form.draft.name) == ("This schedule no longer exists", "Count")

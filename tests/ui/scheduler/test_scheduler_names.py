@@ -93,14 +93,6 @@ def test_a_generated_name_that_is_restored_uses_the_new_names(screen, container,
     assert next(one for one in schedules(container) if one.id == second.id).name.startswith("Bring kits on Aino")
 
 
-def test_an_unchanged_form_shows_a_name_that_was_changed_elsewhere(screen, container, ui, second):
-    screen.plan.edit(second.id)
-    settle(screen, ui)
-    container.catalogue.save_schedule(replace(second, name="Night kits"))
-    settle(screen, ui)
-    assert screen.plan.form.draft.name == "Night kits"
-
-
 def test_a_start_taken_from_the_plan_is_called_so_as_well(screen, container, ui, second):
     tap_bar(ui, ("schedule", second.id))
     card_of(ui)

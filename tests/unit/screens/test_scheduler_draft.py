@@ -217,8 +217,8 @@ def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before,
 def test_a_start_moved_there_and_back_by_hand_changes_nothing():
     stored = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", "FREQ=DAILY")
     moved = Draft.of(stored).moved(datetime(2026, 11, 24, 8), datetime(2026, 11, 24, 9))
-    assert not moved.is_stored(stored.name)
-    assert replace(moved, at=time(8)).is_stored(stored.name)
+    assert not moved.is_stored
+    assert replace(moved, at=time(8)).is_stored
 
 
 @pytest.mark.parametrize(
@@ -235,18 +235,3 @@ def test_a_start_can_be_dragged_only_where_the_rule_has_one_then(rule, before, a
     schedule = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", rule, respect_working_days=False)
     draft = Draft.of(schedule).moved(datetime.fromisoformat(before), datetime.fromisoformat(after))
     assert draft.starts_at(datetime.fromisoformat(after), WorkingCalendar(Settings())) is can
-
-
-@pytest.mark.parametrize(
-    ("mine", "theirs", "is_asked", "is_given"),
-    [
-        ({}, {"mission_id": 5, "parameters": {"to": 9}}, 5, {"to": 9}),
-        ({"mission_id": 4}, {"parameters": {"to": 9}}, 4, {}),
-    ],
-    ids=["theirs", "not those of another mission"],
-)
-def test_parameters_that_were_stored_later_are_taken_with_their_mission(mine, theirs, is_asked, is_given):
-    entered = replace(draft(base=stored(), origin=stored(), name="Morning"), entered={"to": "3"}, **mine)
-    taken = entered.brought_up_to_date(stored(**theirs), lambda schedule: schedule.name)
-    assert (taken.mission_id, taken.parameters) == (is_asked, is_given)
-    assert taken.entered == ({} if is_asked == 5 else {"to": "3"})

@@ -139,8 +139,8 @@ def test_what_only_a_group_can_do_is_dropped_for_a_robot():
 def test_a_stored_draft_of_a_group_makes_the_schedule_it_came_from():
     stored = replace(SCHEDULE, overlap=Overlap.PARALLEL, finish_by_minutes=45, priority=7)
     assert Draft.of(stored).schedule() == stored
-    assert Draft.of(stored).is_stored(stored.name)
-    assert Draft.of(stored, FACTS.name(stored)).is_stored("")  # its name says what it does where
+    assert Draft.of(stored).is_stored
+    assert Draft.of(stored, FACTS.name(stored)).is_stored  # its name says what it does where
 
 
 @pytest.mark.parametrize(
