@@ -19,7 +19,7 @@ from app.database.execution_rows import (
     with_values,
 )
 from app.database.schedules import OPEN_OF_WHOLE
-from app.database.values import from_json, placeholders, to_instant, to_optional_instant, to_optional_text, to_text
+from app.database.values import from_json, placeholders, to_optional_instant, to_optional_text, to_text
 from app.domain.execution import OPEN_STATES, Execution, Reason, ReasonCode, State
 
 NEVER_SENT = """(attempts = 0 OR (queue_floor IS NULL AND NOT EXISTS (         -- Execution.was_never_sent
@@ -270,15 +270,6 @@ class ExecutionRepository:
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""
         return _one(c, "WHERE schedule_id = ? ORDER BY planned_at DESC LIMIT 1", schedule_id)
-
-    def low_batteries(self, c: sqlite3.Connection, robot_id: int, since: datetime) -> list[datetime]:
-        """Planned instants of a robot's scheduled runs that were skipped since then because its battery stayed too low."""
-        rows = c.execute(
-            """SELECT planned_at FROM executions WHERE state = 'skipped' AND reason_code = 'battery_low' AND ended_at >= ?
-                            AND robot_id = ? AND trigger = 'scheduled'""",
-            (to_text(since), robot_id),
-        )
-        return [to_instant(row[0]) for row in rows]
 
     def is_claimed(self, c: sqlite3.Connection, robot_id: int, queue_id: int, since: datetime | None = None) -> bool:
         """Whether a queue item of a robot, or an order of its fleet, belongs to a row that had not ended at ``since``

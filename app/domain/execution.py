@@ -240,7 +240,3 @@ class DurationEstimate:
     def quick_s(self) -> float:
         """The time that nine of ten runs exceeded; 0 if none was measured."""
         return self.samples_s[self.runs - math.ceil(0.9 * self.runs)] if self.samples_s else 0.0
-
-    def share_over(self, seconds: float) -> float:
-        """Share of the runs that took longer, 0 … 1."""
-        return sum(lasted > seconds for lasted in self.samples_s) / len(self.samples_s) if self.samples_s else 0.0

@@ -12,6 +12,7 @@ from app.screens.logs.view import Period
 from tests.screenshots.planning import EVERY_SIZE, Stand
 from tests.screenshots.registry import BOTH, LARGE_TEXT, SMALL, picture
 from tests.support import month
+from tests.support.edits import skip_next
 
 MONDAY = datetime(2026, 11, 23, 4, 0, tzinfo=UTC)  # 06:00 there
 
@@ -26,7 +27,7 @@ def alike(container: Container) -> None:
     once = catalogue.save_schedule(
         Schedule("", kits.robot_id, kits.mission_id, datetime(2026, 11, 20, 17, 30), month.ZONE)
     )
-    container.pausing.skip_next(once.id)
+    skip_next(container, once.id)
     container.pausing.skip(kits.id, datetime(2026, 11, 20, 14, 0, tzinfo=UTC))
 
 

@@ -15,6 +15,7 @@ from app.services.catalogue import group_edit
 from app.services.executions.transitions import Event
 from tests.services.checks import *
 from tests.services.stage import *
+from tests.support.edits import skip_next
 from tests.support.moments import once
 from tests.support.network import Fate
 from tests.support.site import GUIDS
@@ -98,7 +99,7 @@ def resume(s):
 def skip(s, at=None):
     pausing, found = s.container.pausing, s.schedule()
     s.noted.append(
-        pausing.skip_next(found.id) if at is None else pausing.skip(found.id, instant(at).replace(tzinfo=UTC))
+        skip_next(s.container, found.id) if at is None else pausing.skip(found.id, instant(at).replace(tzinfo=UTC))
     )
 
 

@@ -14,6 +14,7 @@ from app.domain.models import Between, DayException, InvalidInput, Mission, Robo
 from app.process.log_file import one_line
 from app.services.catalogue import robot_edit, settings_edit
 from tests.support.clock import VirtualClock
+from tests.support.edits import skip_next
 from tests.support.planner import insert_due
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
@@ -125,7 +126,7 @@ def test_days_off(app, new_lines):
 
 
 def test_pauses_and_skips(app, new_lines):
-    skipped = app.pausing.skip_next(1)
+    skipped = skip_next(app, 1)
     app.pausing.unskip(1, skipped)
     app.pausing.pause(1, datetime(2026, 11, 25, tzinfo=UTC))
     app.pausing.resume(1)

@@ -15,7 +15,7 @@ from app.services.catalogue.preview import ConcernCode, Forecasts
 from app.services.planning.durations import LiveRobots
 from app.services.planning.plan import Plan
 from tests.support.clock import VirtualClock
-from tests.support.edits import switch_robot
+from tests.support.edits import skip_next, switch_robot
 from tests.support.history import add_run
 
 ZONE = "Europe/Helsinki"
@@ -123,7 +123,7 @@ def test_skipped_starts_and_the_schedule_itself_cause_no_conflict(container):
         plan(container, recurrence=None)
     skipped, own = plan(container, recurrence=None), plan(container, recurrence=None)
     assert found(container, own)[0] != []
-    container.pausing.skip_next(skipped.id)
+    skip_next(container, skipped.id)
     assert found(container, own)[0] == []
 
 

@@ -11,13 +11,13 @@ import pytest
 from app.container import Container
 from app.database.connection import Database
 from app.database.execution_history import ExecutionFilter
-from app.domain.execution import Reason, ReasonCode, State, Trigger
+from app.domain.execution import ReasonCode, State
 from app.domain.models import Between, DayException, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.preview import ConcernCode
 from app.services.files.exports import DataFiles
 from app.services.planning.planned import ASSUMED_S
 from tests.support.clock import VirtualClock
-from tests.support.edits import switch_robot
+from tests.support.edits import skip_next, switch_robot
 from tests.support.history import add_run
 
 ZONE = "Europe/Helsinki"
@@ -163,7 +163,6 @@ def test_a_typed_duration_holds_until_a_run_on_that_robot_shows_it(container):
     type_duration(container, 1, 30)
     found = preview(container)
     assert (found.usual_s, found.usual.typed, codes(found)) == (1800.0, True, [ConcernCode.OVERLAP])
-    assert found.concerns[0].details["likely"] is None  # no runs that could say
     usually(container, "guid-kits", 400.0, robot_id=2)  # of another robot: says nothing about this one
     assert preview(container).usual.typed
     usually(container, "guid-kits", 420.0)
@@ -198,20 +197,6 @@ def test_plan_and_runs_under_way_know_the_typed_duration_and_that_it_is_one(cont
     assert container.history.expected(1, "guid-empties").median_s == 600.0
 
 
-def several(container, mission_guid, *seconds):
-    for lasted in seconds:
-        usually(container, mission_guid, lasted)
-
-
-def test_how_likely_they_meet_is_the_share_of_runs_that_took_long_enough(container):
-    several(container, "guid-empties", *[600.0] * 16, *[1500.0] * 4)  # median 10 min, P90 25 min
-    plan(container, start=datetime(2026, 11, 23, 6, 10), recurrence="FREQ=DAILY")
-    concern = preview(container).concerns[0]  # 20 min later
-    assert (concern.code, concern.details["likely"]) == (ConcernCode.OVERLAP, pytest.approx(0.2))
-    same_time = draft(start=datetime(2026, 11, 23, 6, 10))
-    assert container.forecasts.of(same_time).concerns[0].details["likely"] == 1.0
-
-
 def test_the_nearest_free_time_is_offered_and_is_free(container):
     usually(container, "guid-kits", 420.0)
     usually(container, "guid-empties", 1500.0)
@@ -221,17 +206,6 @@ def test_the_nearest_free_time_is_offered_and_is_free(container):
     assert found.free_at == datetime(2026, 11, 23, 6, 0)
     assert codes(preview(container, start=found.free_at)) == []
     assert preview(container, start=datetime(2026, 11, 23, 9, 0)).free_at is None  # nothing in its way
-
-
-@pytest.mark.parametrize(("more", "reported"), [((), []), (((6, 6),), [(ConcernCode.LOW_BATTERY, 3)])])
-def test_a_battery_that_was_too_low_at_that_time_is_reported_from_three_times_on(container, more, reported):
-    low = Reason(ReasonCode.BATTERY_LOW, {"battery": 12, "minimum": 30})
-    for days, hour in ((1, 6), (3, 7), (5, 12), (40, 6), *more):
-        at = datetime(2026, 11, 20, hour, 20, tzinfo=UTC) - timedelta(days=days, hours=2)  # Helsinki is two hours ahead
-        add_run(container, at, trigger=Trigger.SCHEDULED, schedule_id=9, state=State.SKIPPED, reason=low)
-    found = preview(container, minimum_battery_percent=30.0).concerns
-    assert [(concern.code, concern.details["count"]) for concern in found] == reported
-    assert codes(preview(container, minimum_battery_percent=0.0)) == []
 
 
 def test_every_start_that_conflicts_is_reported_once(container):
@@ -340,7 +314,7 @@ def test_a_first_day_that_has_passed_says_nothing_about_when_it_begins(container
 # ---------------------------------------------------------------------- skipping
 def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
-    assert container.pausing.skip_next(schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
+    assert skip_next(container, schedule.id) == datetime(2026, 11, 23, 4, 30, tzinfo=UTC)
     row = container.history.last_of_schedule(schedule.id)
     assert (row.state, row.reason.code, row.planned_at, row.ended_at) == (
         State.SKIPPED,
@@ -356,15 +330,14 @@ def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(c
 
 def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
     schedule = plan(container)
-    container.pausing.skip_next(schedule.id)
-    for number in (schedule.id, 999):
-        with pytest.raises(InvalidInput):
-            container.pausing.skip_next(number)
+    skip_next(container, schedule.id)
+    with pytest.raises(InvalidInput):
+        skip_next(container, schedule.id)
 
 
 def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
-    monday = container.pausing.skip_next(schedule.id)
+    monday = skip_next(container, schedule.id)
     thursday = container.pausing.skip(schedule.id, monday + timedelta(days=3))
     found = container.forecasts.of(schedule)
     assert (found.skipped, [start.nominal.day for start in found.starts]) == ((monday, thursday), [24, 25, 27, 30, 1])

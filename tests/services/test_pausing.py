@@ -20,6 +20,7 @@ from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import ReportPeriod
 from app.services.live.downtime import Gap
 from tests.support.clock import VirtualClock
+from tests.support.edits import skip_next
 from tests.support.planner import insert_due
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
@@ -163,14 +164,6 @@ def test_a_skip_that_is_undone_runs_and_leaves_no_row(plant, day):
     assert at(day) in [row.planned_at for row in plant.rows()]
 
 
-def test_skip_next_ignores_starts_that_are_skipped_or_paused(plant):
-    plant.skipping.pause(plant.daily.id, WEDNESDAY)
-    plant.skipping.skip(plant.daily.id, at(25))
-    assert plant.skipping.skip_next(plant.daily.id) == at(26)
-    plant.skipping.resume(plant.daily.id)
-    assert planned(plant) == [23, 24, 27]
-
-
 def test_a_skip_of_a_start_that_the_plan_has_passed_over_is_not_undone(plant):
     """The clock was ahead when later starts were made, and has been set back since."""
     plant.skipping.skip(plant.daily.id, at(24))
@@ -184,7 +177,7 @@ def test_a_skip_of_a_start_that_the_plan_has_passed_over_is_not_undone(plant):
 
 
 def test_a_skip_whose_time_has_passed_stays(plant):
-    skipped = plant.skipping.skip_next(plant.daily.id)
+    skipped = skip_next(plant.container, plant.daily.id)
     plant.go_to(skipped + timedelta(minutes=1))
     with pytest.raises(InvalidInput, match="passed"):
         plant.skipping.unskip(plant.daily.id, skipped)
@@ -192,7 +185,7 @@ def test_a_skip_whose_time_has_passed_stays(plant):
 
 
 def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_since(plant):
-    skipped = plant.skipping.skip_next(plant.daily.id)
+    skipped = skip_next(plant.container, plant.daily.id)
     plant.container.catalogue.switch_schedule(plant.daily.id, False)
     plant.skipping.unskip(plant.daily.id, skipped)
     assert plant.stored().next_at is None
@@ -233,7 +226,7 @@ def test_undoing_a_later_skip_leaves_a_start_that_is_due_just_now(plant):
 
 def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
     plant.skipping.skip(plant.daily.id, at(24))
-    assert plant.skipping.skip_next(plant.daily.id) == at(23)
+    assert skip_next(plant.container, plant.daily.id) == at(23)
     assert (plant.stored().next_at, planned(plant)) == (at(25), [25, 26, 27])
     assert [row.planned_at for row in plant.rows()] == [at(23), at(24)]
     plant.skipping.unskip(plant.daily.id, at(23))
@@ -266,7 +259,7 @@ def test_a_one_time_start_that_is_skipped_is_over(plant):
     assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at == nine
 
 
-@given(st.lists(st.tuples(st.sampled_from(["skip", "again", "next", "go"]), st.integers(0, 4)), max_size=12))
+@given(st.lists(st.tuples(st.sampled_from(["skip", "again", "go"]), st.integers(0, 4)), max_size=12))
 def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exactly_if_it_is_not_skipped(
     tmp_path_factory, steps
 ):
@@ -275,16 +268,12 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
     days, skipped = [at(day) for day in range(23, 28)], set()
     for action, n in steps:
         ahead, day = [day for day in days if day > plant.clock.now()], days[n]
-        to_run = [day for day in ahead if day not in skipped]
         if action == "skip" and day in ahead:
             plant.skipping.skip(plant.daily.id, day)
             skipped.add(day)
         elif action == "again" and day in ahead:
             plant.skipping.unskip(plant.daily.id, day)
             skipped.discard(day)
-        elif action == "next" and to_run:
-            assert plant.skipping.skip_next(plant.daily.id) == to_run[0]
-            skipped.add(to_run[0])
         elif action == "go" and ahead:
             plant.go_to(ahead[0] + timedelta(seconds=1))
     for day in days:
@@ -333,7 +322,7 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
             c, today, [State.WAITING], state=State.COMPLETED, ended_at=plant.clock.now()
         )
     )
-    tomorrow, kpis, now = plant.skipping.skip_next(plant.daily.id), plant.container.kpis, plant.clock.now()
+    tomorrow, kpis, now = skip_next(plant.container, plant.daily.id), plant.container.kpis, plant.clock.now()
     assert [(row.planned_at, row.ended_at) for row in plant.rows() if row.state is State.SKIPPED] == [
         (tomorrow, tomorrow)
     ]
@@ -357,6 +346,6 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
 
 
 def test_an_undone_skip_leaves_no_figure(plant):
-    plant.skipping.unskip(plant.daily.id, plant.skipping.skip_next(plant.daily.id))
+    plant.skipping.unskip(plant.daily.id, skip_next(plant.container, plant.daily.id))
     plant.clock.step(timedelta(days=1).total_seconds())
     assert (plant.container.kpis.facts().planned, plant.container.kpis.per_day()) == (0, [])

@@ -20,7 +20,7 @@ from app.mir.errors import RobotError
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.moving import Moved
 from tests.simulation.diary import MINUTE, OVERLAPS, Move, Target, Wishes, instants
-from tests.support.edits import switch_robot
+from tests.support.edits import skip_next, switch_robot
 
 if TYPE_CHECKING:
     from tests.simulation.world import World
@@ -340,7 +340,7 @@ class Person:
     def skip(self) -> None:
         plan = self._plan()
         with self.world.without_crash():
-            instant = self._app.pausing.skip_next(plan.id)
+            instant = skip_next(self._app, plan.id)
         self.diary.decide(self.world.site.seconds()).skipped.add((plan.id, instant))
 
     def move_start(self) -> None:

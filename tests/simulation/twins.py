@@ -8,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from app.domain.models import Overlap, Schedule
+from tests.support.edits import skip_next
 from tests.support.network import QUEUE, Fate
 from tests.support.site import Site
 
@@ -51,7 +52,7 @@ def sent(directory: Path, seed: int, twin: Twin) -> list[tuple[int, str, str]]:
         name, fate = f"R{rng.randrange(ROBOTS) + 1}", rng.choice(FATES)
         site.at(60.0 * minute + 30.0, lambda name=name, fate=fate: site.network.next("POST", QUEUE, fate, robot=name))
     skipped = rng.choice(catalogue.schedules()).id
-    site.at(400.0, lambda: site.container.pausing.skip_next(skipped))
+    site.at(400.0, lambda: skip_next(site.container, skipped))
     site.at(1500.0, lambda: site.container.catalogue.change_settings(working_days=("MO", "TU")))
     if twin.screen_s is not None:
         _look(site, robots[0].id, twin.screen_s)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from datetime import datetime
 from typing import Any
 
+from app.container import Container
 from app.domain.models import DayException, Robot
 from app.services.catalogue import robot_edit, settings_edit
 from app.services.catalogue.catalogue import Catalogue
@@ -17,6 +19,12 @@ def import_file(catalogue: Catalogue, **sections: Any) -> list[str]:
     """A configuration of these sections. Returns what has changed."""
     content = json.dumps({"format": "amr-scheduler/1", **sections})
     return import_configuration(catalogue, content.encode())
+
+
+def skip_next(container: Container, schedule_id: int) -> datetime:
+    """The next start of a schedule, which is returned."""
+    schedule = container.catalogue.schedule(schedule_id)
+    return container.pausing.skip(schedule_id, schedule.next_at)
 
 
 def switch_robot(catalogue: Catalogue, robot_id: int, on: bool) -> Robot:

@@ -64,11 +64,8 @@ class ScheduleActions:
         )
 
     def skip_next(self, schedule: Schedule) -> None:
-        self._act(
-            schedule.id,
-            lambda: self._services.pausing.skip_next(schedule.id, schedule.next_at),
-            lambda at: self._was_skipped(schedule, at),
-        )
+        if schedule.next_at is not None:
+            self.skip(schedule, schedule.next_at)
 
     def skip(self, schedule: Schedule, at: datetime) -> None:
         """The start planned at that instant."""

@@ -122,8 +122,6 @@ def _words(facts: SchedulerFacts, draft: Draft, concern: Concern, times: int) ->
     match concern.code:
         case ConcernCode.OVERLAP:
             return _overlap(facts, draft, concern, times)
-        case ConcernCode.LOW_BATTERY:
-            return _("Battery too low {n} times lately").format(n=details["count"])
         case ConcernCode.DAY_OFF:
             return _("Begins after {day}, a day off").format(day=formats.wall_day(details["day"]))
         case ConcernCode.WEEKDAYS_OFF:

@@ -236,7 +236,12 @@ def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> l
     return [
         Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, schedule, now),
-        Option("skip", _("Skip next"), "skip-next", disabled=not (schedule.enabled and schedule.next_at)),
+        Option(
+            "skip",
+            _("Skip next"),
+            "skip-next",
+            disabled=not (schedule.enabled and schedule.next_at) or schedule.is_paused(now),
+        ),
         Option("resume", _("Resume now"), "play-circle-outline")
         if schedule.is_paused(now)
         else Option(

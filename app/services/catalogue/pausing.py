@@ -22,24 +22,6 @@ class Pausing:
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
 
-    def skip_next(self, schedule_id: int, seen: datetime | None = None) -> datetime:
-        """Returns the skipped instant (UTC): the next one that the person has ``seen``, even if there is an earlier one
-        now. Raises InvalidInput if there are no more starts, or the one seen is already skipped, being sent or no
-        longer planned."""
-
-        def work(edit: Edit) -> datetime:
-            schedule = edit.the_schedule(schedule_id)
-            if seen in edit.schedules.skipped(edit.c, schedule_id):
-                raise InvalidInput("schedule", "this start is skipped already")
-            if seen is not None:
-                check_is_to_come(edit, schedule, seen)
-            at = _next_to_run(edit, replace(schedule, next_at=seen or schedule.next_at), may_be_paused=False)
-            if not schedule.enabled or at is None:
-                raise _nothing_to_skip()
-            return _skip(edit, schedule, at)
-
-        return self._catalogue.edit(work)
-
     def skip(self, schedule_id: int, instant: datetime) -> datetime:
         """Skip the start planned at that instant (UTC), which is returned. Raises InvalidInput if it is not planned."""
 
@@ -109,7 +91,7 @@ def note(edit: Edit, line: str) -> None:
 
 def check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None:
     if not schedule.enabled or schedule.next_at is None:
-        raise _nothing_to_skip()
+        raise InvalidInput("schedule", "this schedule has no start to skip")
     if instant < schedule.next_at and _has_passed(edit, schedule, instant):
         raise InvalidInput("schedule", "the time of this start has passed")
     after = max(schedule.next_at, instant - MOMENT)
@@ -120,14 +102,6 @@ def check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None:
 def _has_passed(edit: Edit, schedule: Schedule, instant: datetime) -> bool:
     """Also if its row already exists just before it."""
     return instant <= edit.now or (schedule.planned_through is not None and instant <= schedule.planned_through)
-
-
-def _next_to_run(edit: Edit, schedule: Schedule, may_be_paused: bool = True) -> datetime | None:
-    """The next start, which may be due as well, that is not skipped."""
-    at, skipped = schedule.next_at, edit.schedules.skipped(edit.c, schedule.id)
-    while at is not None and (at in skipped or (not may_be_paused and schedule.is_paused(at))):
-        at = next_occurrence(schedule, at, edit.calendar)
-    return at
 
 
 def _skip(edit: Edit, schedule: Schedule, at: datetime) -> datetime:
@@ -144,7 +118,10 @@ def _skip(edit: Edit, schedule: Schedule, at: datetime) -> datetime:
 def leave_out(edit: Edit, schedule: Schedule, at: datetime) -> None:
     """It does not start then."""
     edit.schedules.skip(edit.c, schedule.id, at)
-    edit.schedules.advance(edit.c, schedule.id, _next_to_run(edit, schedule))
+    coming, skipped = schedule.next_at, edit.schedules.skipped(edit.c, schedule.id)
+    while coming is not None and coming in skipped:
+        coming = next_occurrence(schedule, coming, edit.calendar)
+    edit.schedules.advance(edit.c, schedule.id, coming)
 
 
 def put_back(edit: Edit, schedule: Schedule, at: datetime) -> None:
@@ -155,7 +132,3 @@ def put_back(edit: Edit, schedule: Schedule, at: datetime) -> None:
         raise InvalidInput("schedule", "this start may have been sent already")
     if schedule.next_at is None or at < schedule.next_at:  # else a start due just now would be passed over
         edit.schedules.advance(edit.c, schedule.id, schedule_edit.next_due(edit, schedule))
-
-
-def _nothing_to_skip() -> InvalidInput:
-    return InvalidInput("schedule", "this schedule has no start to skip")

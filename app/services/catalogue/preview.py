@@ -8,23 +8,21 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import date, datetime, timedelta
+from datetime import date, datetime
 from enum import StrEnum
 from itertools import islice, takewhile
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.database.connection import Database
-from app.database.executions import ExecutionRepository
 from app.database.groups import GroupRepository, target_of
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import SettingsRepository
-from app.domain import rules
 from app.domain.clock import MOMENT, Clock
 from app.domain.execution import DurationEstimate
-from app.domain.models import Group, Mission, Robot, Schedule, Settings
+from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.catalogue import validation
 from app.services.planning.conflicts import finish_by_short
 from app.services.planning.draft_conflicts import DraftConflicts
@@ -33,9 +31,6 @@ from app.services.planning.overlaps import RunOverlap, find_overlaps, free_shift
 from app.services.planning.recurrence import Frequency, Occurrence, Recurrence, next_occurrence, occurrences
 from app.services.planning.working_days import WorkingCalendar, working_calendar
 
-LOOKS_BACK = 30  # days, for low batteries
-SAME_TIME = 60  # minutes around a time of day that count as the same
-OFTEN = 3  # times that make it a habit: one low battery is chance
 STARTS = 5  # at least, and those of the time that is shown
 MOST_SHOWN = 200
 MOST_SEARCHED = 2000  # starts that are searched for it
@@ -45,7 +40,6 @@ class ConcernCode(StrEnum):
     """A possible problem of a schedule that can be saved nevertheless."""
 
     OVERLAP = "overlap"  # another planned run of that robot is still under way, or begins before its end
-    LOW_BATTERY = "low_battery"  # its battery stayed too low around that time of day several times lately
     DAY_OFF = "day_off"  # the first day is not a working day, so the schedule begins later
     WEEKDAYS_OFF = "weekdays_off"  # chosen days of the week that are no working days: nothing starts on them
     CLOSED_DAYS = "closed_days"  # between the next starts lie days that the exception calendar closes
@@ -107,7 +101,7 @@ class Forecasts:
     def __init__(self, db: Database, clock: Clock, live: LiveRobots = NO_LIVE_ROBOTS) -> None:
         self._db, self._clock, self._live = db, clock, live
         self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
-        self._executions, self._settings = ExecutionRepository(), SettingsRepository()
+        self._settings = SettingsRepository()
 
     def of(
         self, draft: Schedule, known_missions: Mapping[str, str] | None = None, until: datetime | None = None
@@ -187,7 +181,7 @@ class Forecasts:
             others = DraftConflicts(c, durations, draft, target, mission, usual, starts, calendar, skips)
             found, free_at = self._conflicts(draft, usual, starts, others)
             concerns += found
-        concerns += [*_finish_by(draft, mission, usual), *self._low_battery(c, draft, settings)]
+        concerns += _finish_by(draft, mission, usual)
         return Forecast(starts, usual, tuple(concerns), free_at, skipped)
 
     def _conflicts(
@@ -237,22 +231,6 @@ class Forecasts:
         if fleets and len(fleets) == len(robots):
             yield Concern(ConcernCode.NOT_CHECKED_UP, details={"fleet": fleets[0].name})
 
-    def _low_battery(self, c: sqlite3.Connection, draft: Schedule, settings: Settings) -> Iterator[Concern]:
-        """The robot's battery was too low lately around the same time of day."""
-        minimum = rules.minimum_battery(draft, self._missions.get(c, draft.mission_id), settings)
-        if minimum is None or draft.robot_id is None:
-            return
-        zone, wanted = ZoneInfo(draft.timezone), draft.start.hour * 60 + draft.start.minute
-        seen = [
-            instant.astimezone(zone)
-            for instant in self._executions.low_batteries(
-                c, draft.robot_id, self._clock.now() - timedelta(days=LOOKS_BACK)
-            )
-        ]
-        apart = [abs(local.hour * 60 + local.minute - wanted) for local in seen]
-        if (count := sum(min(minutes, 24 * 60 - minutes) <= SAME_TIME for minutes in apart)) >= OFTEN:
-            yield Concern(ConcernCode.LOW_BATTERY, details={"count": count, "days": LOOKS_BACK, "minimum": minimum})
-
 
 def _finish_by(draft: Schedule, mission: Mission | None, usual: DurationEstimate | None) -> Iterator[Concern]:
     """It usually takes longer than there is time."""
@@ -271,7 +249,6 @@ def _overlap(overlap: RunOverlap) -> Concern:
             "mission": overlap.other.mission.name,
             "start": overlap.other.at,
             "end": overlap.other.ends,
-            "likely": overlap.likely,
         },
     )
 

@@ -1,5 +1,4 @@
-"""Where runs of several schedules would overlap on one robot, the probability by their missions' latest durations, and
-when it is free.
+"""Where runs of several schedules would overlap on one robot, and when it is free.
 
 A run is assumed to last as long as the 90th percentile of the latest runs or, without any, as a person typed it; else
 five minutes.
@@ -24,12 +23,10 @@ STEPPED = 16  # runs of a schedule that are stepped through one by one before th
 
 
 class RunOverlap(NamedTuple):
-    """A start and the run of another schedule at that time. ``likely`` is the share of runs that took long enough for
-    it, None if unknown."""
+    """A start and the run of another schedule at that time."""
 
     at: datetime  # UTC
     other: PlannedRun
-    likely: float | None
 
 
 def lasts(usual: DurationEstimate | None) -> timedelta:
@@ -93,15 +90,7 @@ def find_overlaps(
         at = start.instant
         met = [other for other in others if at - lasts(other.usual) < other.at < at + mine]
         if met:
-            other = min(met, key=lambda one: one.at)
-            yield RunOverlap(at, other, _likely(at, usual, other))
-
-
-def _likely(at: datetime, usual: DurationEstimate | None, other: PlannedRun) -> float | None:
-    if other.at == at:
-        return 1.0
-    earlier = other.usual if other.at < at else usual
-    return earlier.share_over(abs((at - other.at).total_seconds())) if earlier and not earlier.typed else None
+            yield RunOverlap(at, min(met, key=lambda one: one.at))
 
 
 HasRoom = Callable[[int, datetime, datetime], bool]  # for a start, by its number, from when to when

@@ -7,6 +7,7 @@ from __future__ import annotations
 from app.domain.models import InvalidInput, Overlap
 from app.screens.scheduler.facts import SchedulerServices, Window, read
 from tests.services.story import *
+from tests.support.edits import skip_next
 
 BOTH = ("robot", "group")
 LIMITS = each(set_up(history_limit=None), set_up(history_limit=1))
@@ -244,7 +245,7 @@ test_skipped = cases_of(
         "it stays when a later start is withdrawn",
         LIMITS,
         [set_up(retry_limit=20, poll_interval_seconds=300), plan(every=5, window=30, overlap=Overlap.QUEUE)],
-        [plan("B", "06:40", rule="FREQ=DAILY"), 10, skip("06:10"), do(lambda s: s.container.pausing.skip_next(2))],
+        [plan("B", "06:40", rule="FREQ=DAILY"), 10, skip("06:10"), do(lambda s: skip_next(s.container, 2))],
         [clock(560), post(REFUSED, count=16), 345, clock(-590), 3, OFF_AND_ON],
         true(lambda s: s.noted[0] not in [run.at for run in s.container.plan.next(3)]),
         [400, left_out()],

@@ -271,7 +271,7 @@ test_a_robot_edited = cases_of(
     Story(
         "a start being sent is not skipped, and no other instead of it",
         [plan(rule="FREQ=HOURLY"), 299.9],
-        refused(do(lambda s: s.container.pausing.skip_next(1, instant("06:05").replace(tzinfo=UTC))), "has passed"),
+        refused(do(lambda s: s.container.pausing.skip(1, instant("06:05").replace(tzinfo=UTC))), "has passed"),
         [60, runs(1), states(EXECUTING)],
         stays_open=True,
     ),

@@ -16,6 +16,7 @@ from app.domain.execution import State
 from app.domain.models import Schedule
 from app.services.catalogue import group_edit
 from tests.services.story import *
+from tests.support.edits import skip_next
 from tests.support.groups import Hall
 from tests.support.network import Fate
 from tests.support.seen import sent_at
@@ -171,7 +172,7 @@ def carry_out(plant: Plant, act: str, number: int) -> None:
         case "rename":
             c.catalogue.save_schedule(replace(schedule, name=schedule.name + "'"))
         case "skip" if schedule.next_at is not None:
-            c.pausing.skip_next(schedule.id)
+            skip_next(c, schedule.id)
         case "working days":
             changed = (
                 ("MO", "TU", "WE", "TH", "FR", "SA")

@@ -12,6 +12,7 @@ from app.widgets.buttons import IconButton
 from app.widgets.lanes import Lanes
 from app.widgets.snackbar import Snackbar
 from tests.support import month
+from tests.support.edits import skip_next
 from tests.ui.planner import KITS, card_of, named, row, settle, tab, take, tap_bar
 
 
@@ -50,7 +51,7 @@ def test_any_planned_start_can_be_left_out_from_its_bar_and_taken_again(screen, 
 
 def test_a_start_that_was_planned_again_by_mistake_is_skipped_again_by_undo(screen, container, ui):
     schedule = named(container, KITS, "Aino")
-    at = container.pausing.skip_next(schedule.id)
+    at = skip_next(container, schedule.id)
     screen.plan.actions.unskip(schedule, at)
     settle(screen, ui)
     assert at in [run.at for run in container.plan.next(20) if run.schedule.id == schedule.id]
@@ -88,7 +89,7 @@ def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, c
 def test_the_list_still_says_how_it_last_went_when_a_start_to_come_is_skipped(screen, container, ui):
     schedule = named(container, KITS, "Aino")
     before = next(data for data in screen.plan.listed.rows if data.key == schedule.id)
-    container.pausing.skip_next(schedule.id)
+    skip_next(container, schedule.id)
     settle(screen, ui)
     after = next(data for data in screen.plan.listed.rows if data.key == schedule.id)
     assert (before.meta, before.lead, after.lead) == (after.meta, "15:00", "16:00")
@@ -129,7 +130,7 @@ def test_a_one_time_schedule_that_is_over_is_last_and_greyed(screen, container, 
     settle(screen, ui)
     tab(screen, ui, "schedules")
     assert row(ui, once).item.aside == "Morning round"
-    container.pausing.skip_next(once.id)
+    skip_next(container, once.id)
     settle(screen, ui)
     *_others, last = screen.plan.listed.rows
     assert (last.key, last.look, last.meta) == (once.id, "faint", "Not run")

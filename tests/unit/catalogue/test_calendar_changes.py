@@ -14,7 +14,7 @@ from app.domain.models import DayException, InvalidInput, Schedule
 from app.services.catalogue import validation
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
-from tests.support.edits import add_days
+from tests.support.edits import add_days, skip_next
 from tests.support.site import Site
 from tests.unit.catalogue.world import refuses
 
@@ -93,7 +93,7 @@ def test_due_starts_stay_due(world, change):
 
 def test_a_start_that_was_skipped_is_not_planned_again(world):
     daily = world.schedule()
-    Pausing(world.catalogue).skip_next(daily.id)
+    Pausing(world.catalogue).skip(daily.id, daily.next_at)
     assert next_of(world, daily) == "2026-11-25"
     world.catalogue.save_days(DayException("Inventory", date(2026, 11, 26), date(2026, 11, 26)))
     assert next_of(world, daily) == "2026-11-25"
@@ -141,7 +141,7 @@ def test_the_planner_skips_closed_days(tmp_path):
     [row] = site.executions()
     assert (row.state, row.planned_at.date()) == (State.QUEUED, TUESDAY)
     assert container.repositories.schedules.get(container.db.read(), daily.id).next_at.date() == date(2026, 11, 26)
-    assert container.pausing.skip_next(daily.id).date() == date(2026, 11, 26)
+    assert skip_next(container, daily.id).date() == date(2026, 11, 26)
     last = container.repositories.executions.last_of_schedule(container.db.read(), daily.id)
     assert (last.state, last.reason.code) == (State.SKIPPED, ReasonCode.HOLD)
     assert last.planned_at - row.planned_at == timedelta(days=2)
