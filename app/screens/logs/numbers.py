@@ -106,9 +106,7 @@ def _utilisation_line(robot: Facts) -> FactLine:
     text = _("{missions} of {observed}").format(
         missions=formats.rough_duration(robot.mission_s), observed=formats.rough_duration(robot.observed_s)
     )
-    working = robot.mission_s / robot.working_s if robot.working_s > 0 else None
-    note = _("{share} of the working days").format(share=formats.percent(working * 100)) if working is not None else ""
-    return FactLine(robot.robot, f"{in_unit(robot.value('utilisation'), Unit.SHARE)} · {text}", note)
+    return FactLine(robot.robot, f"{in_unit(robot.value('utilisation'), Unit.SHARE)} · {text}")
 
 
 def _delay_lines(figures: Figures) -> list[FactLine]:

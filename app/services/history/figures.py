@@ -41,7 +41,6 @@ class Facts:
     recorded_days: int = 0  # local days on which something ended
     observed_s: float = 0.0  # observed time of the robots, without gaps of the app and of the connection
     charging_s: float = 0.0  # of observed_s
-    working_s: float = 0.0  # length of the period's working days
     robots: Sequence[Facts] = ()  # in order of name
     robot_id: int = 0
     robot: str = ""

@@ -26,7 +26,6 @@ from app.domain.execution import Execution
 from app.domain.models import Robot
 from app.services.history.figures import LATE_S, Cause, Delays, Facts, GroupFacts, causes, counted
 from app.services.planning.durations import BASELINE_OF, DURATIONS_OF, MOST_MISSIONS, Trend, trend
-from app.services.planning.working_days import working_calendar
 
 _FIRST_INSTANT = datetime(1970, 1, 1, tzinfo=UTC)
 NEWEST = 5_000  # runs that the percentiles of delays and waits rest on
@@ -71,7 +70,6 @@ class Kpis:
         c = self._db.read()
         span, zone = wanted.span(self._clock.now()), self._zone()
         counts = self._repository.counts(c, span.start, span.end, wanted.robot_ids or ())
-        days = self._repository.recorded_days(c, span, zone)
         named = self._robots(wanted, counts)
         seen = self._seen(named, wanted.start or _FIRST_INSTANT, wanted.end, zone)
         return self._facts(
@@ -79,8 +77,7 @@ class Kpis:
             wanted,
             named,
             {robot_id: list(of_days.values()) for robot_id, of_days in seen.items()},
-            recorded_days=len(days),
-            working_s=self._working_seconds(wanted, days, zone),
+            recorded_days=len(self._repository.recorded_days(c, span, zone)),
         )
 
     def per_day(self, wanted: KpiFilter = ALL, dates: Sequence[date] = ()) -> list[Facts]:
@@ -107,7 +104,6 @@ class Kpis:
         wanted: KpiFilter,
         named: Mapping[int, Robot],
         seen: Mapping[int, Sequence[Mapping[str, float]]],
-        working_s: float = 0.0,
         **more: Any,
     ) -> Facts:
         of_robot = defaultdict[int, list[Count]](list)
@@ -121,7 +117,6 @@ class Kpis:
                 is_any=robot.is_any,
                 observed_s=sum(seen_seconds(seconds) for seconds in seen[robot_id]),
                 charging_s=sum(seconds.get("charging", 0.0) for seconds in seen[robot_id]),
-                working_s=working_s,
             )
             for robot_id, robot in sorted(named.items(), key=lambda item: (item[1].name.casefold(), item[0]))
         ]
@@ -131,7 +126,6 @@ class Kpis:
             mission_s=sum(robot.mission_s for robot in robots),
             observed_s=sum(robot.observed_s for robot in robots),
             charging_s=sum(robot.charging_s for robot in robots),
-            working_s=working_s,
             **more,
         )
 
@@ -157,20 +151,6 @@ class Kpis:
             robot_id: self._activities.seconds(self._db.read(), robot_id, start, until, zone) if start < until else {}
             for robot_id in robot_ids
         }
-
-    def _working_seconds(self, wanted: KpiFilter, days: Sequence[date], zone: ZoneInfo) -> float:
-        """Length of the working days from the beginning of the period, or the first recorded day, to its end, or now."""
-        calendar = working_calendar(self._db.read(), self._settings.load(self._db.read()))
-        start = wanted.start or (midnight(days[0], zone) if days else None)
-        end = min(wanted.end or self._clock.now(), self._clock.now())
-        if start is None:
-            return 0.0
-        spans = (
-            (max(midnight(day, zone), start), min(midnight(day + DAY, zone), end))
-            for day in days_between(start.astimezone(zone).date(), end.astimezone(zone).date())
-            if calendar.is_working_day(day)
-        )
-        return sum((ends - begins).total_seconds() for begins, ends in spans if begins < ends)
 
     def _zone(self) -> ZoneInfo:
         return ZoneInfo(self._settings.load(self._db.read()).timezone)

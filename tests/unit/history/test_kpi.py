@@ -105,21 +105,6 @@ def test_days_without_anything_are_zero_between_recorded_ones(world):
     ]
 
 
-def test_the_working_days_of_the_period_are_counted_in_hours(world):
-    world.row(State.COMPLETED, duration_s=3600.0)
-    friday, monday = datetime(2026, 11, 20, tzinfo=HELSINKI), datetime(2026, 11, 24, tzinfo=HELSINKI)
-    world.clock.advance(10 * 86400)
-    [_, bella] = world.kpis.facts(KpiFilter(friday, monday)).robots
-    assert bella.working_s == 2 * 86400  # Friday and Monday
-    assert bella.mission_s / bella.working_s == 1 / 48
-
-
-def test_a_period_that_has_not_ended_counts_up_to_now(world):
-    world.row(State.COMPLETED, -1, duration_s=3600.0)
-    [_, bella] = world.kpis.facts(KpiFilter(start=datetime(2026, 11, 23, tzinfo=HELSINKI))).robots
-    assert bella.working_s == 14 * 3600  # midnight to 14:00 in Helsinki
-
-
 def test_adherence_says_why_the_others_did_not_run(world):
     world.row(State.COMPLETED)
     world.row(State.FAILED)  # aborted by the robot: it ran
