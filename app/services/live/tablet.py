@@ -7,7 +7,7 @@ import logging
 import os
 import sqlite3
 import uuid
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -46,12 +46,7 @@ def machine_id() -> str | None:
         return str(
             uuid.uuid5(uuid.NAMESPACE_OID, f"amr-scheduler/{found}")
         )  # itself it is not to be shown (machine-id(5))
-    return network_id()
-
-
-def network_id() -> str | None:
-    """Of a network adapter, which a dock or a VPN may change. None if the system has none."""
-    node = uuid.getnode()
+    node = uuid.getnode()  # of a network adapter, which a dock or a VPN may change
     return None if node & 1 << 40 else f"{node:012x}"  # a random number has that bit (uuid.getnode)
 
 
@@ -87,25 +82,13 @@ class Tablet:
         """At the start: a directory that no machine has yet becomes this one's; a copy is held. One that was renamed, or
         restored in its place, is none."""
         c = self._db.read()
-        stored = {name: self._settings.get(c, name) for name in (MACHINE, LOOKED_AT)}
-        names = [name for name, value in stored.items() if self._is_my_network(value)]
-        if stored[MACHINE] is None:
-            names.append(MACHINE)
-        if names and self._machine is not None:
-            self._db.write(lambda c: self._put_machine(c, names))
+        if self._settings.get(c, MACHINE) is None and self._machine is not None:
+            self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
         if self.is_copy:
             log.warning("This data directory is a copy: nothing is sent from here")
         elif self._settings.get(c, PLACE) != self._place:
             self._db.write(lambda c: self._settings.put(c, PLACE, self._place))
         self._judge()
-
-    def _is_my_network(self, stored: object) -> bool:
-        """Earlier versions knew a machine with Windows by its network only."""
-        return isinstance(stored, str) and len(stored) == 12 and stored == network_id() != self._machine
-
-    def _put_machine(self, c: sqlite3.Connection, names: Iterable[str]) -> None:
-        for name in names:
-            self._settings.put(c, name, self._machine)
 
     def _judge(self) -> None:
         c = self._db.read()
