@@ -137,60 +137,11 @@ def test_the_date_is_the_robots_and_does_not_race_with_the_time_scale() -> None:
 
 
 # ---------------------------------------------------------------------- faults
-def test_a_closed_connection(aino: FleetRobot) -> None:
-    for kind in ("drop_request", "drop_response"):
-        aino.control({"fault": {"kind": kind}})
-        with pytest.raises(requests.ConnectionError):
-            ask(aino, "GET", "/status")
-
-
-def test_a_held_request_is_never_answered(aino: FleetRobot) -> None:
-    aino.control({"fault": {"kind": "hang"}})
-    with pytest.raises(requests.ReadTimeout):
-        ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Home"]}, timeout=0.3)
-    assert ask(aino, "GET", "/mission_queue").json() == []
-
-
-def test_a_delayed_request_is_handled_at_once_and_a_late_one_when_it_is_answered(aino: FleetRobot) -> None:
-    for kind, by_then in (("delay", 1), ("late", 0)):
-        aino.control({"fault": {"kind": kind, "path": "/mission_queue", "seconds": 1.0}})
-        before = len(aino.model.queue)
-        with pytest.raises(requests.ReadTimeout):
-            ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Home"]}, timeout=0.3)
-        assert len(aino.model.queue) == before + by_then
-        wait_until(lambda before=before: len(aino.model.queue) == before + 1)
-
-
 def test_noise_in_place_of_no_body_leaves_the_connection_usable(aino: FleetRobot) -> None:
     session = requests.Session()
     aino.control({"fault": {"kind": "garbage"}})
     assert session.delete(f"{aino.url}/api/v2.0.0/mission_queue", headers=HEADERS, timeout=5).status_code == 200
     assert session.get(f"{aino.url}/api/v2.0.0/status", timeout=5).json()["robot_name"] == "Aino"
-
-
-def test_half_a_body_ends_with_the_connection(aino: FleetRobot) -> None:
-    aino.control({"fault": {"kind": "truncate"}})
-    with pytest.raises((requests.exceptions.ChunkedEncodingError, requests.ConnectionError)):
-        ask(aino, "GET", "/status")
-
-
-def test_a_rebooting_robot_refuses_connections_and_comes_back_on_its_port(aino: FleetRobot) -> None:
-    kept = requests.Session()
-    assert kept.get(f"{aino.url}/api/v2.0.0/status", timeout=5).status_code == 200
-    port, began = aino.port, time.monotonic()
-    aino.control({"reboot_seconds": 3.0})  # long enough to be met
-
-    def refused() -> bool:
-        try:
-            ask(aino, "GET", "/status")
-        except requests.ConnectionError:
-            return True
-        return False
-
-    wait_until(refused)
-    wait_until(lambda: not refused())
-    assert aino.port == port
-    assert time.monotonic() - began > 3.0
 
 
 # ---------------------------------------------------------------------- control

@@ -12,18 +12,20 @@ from mir_sim.checks import WrongValue
 from mir_sim.control import apply
 from mir_sim.faults import FaultKind
 from tests.unit.sim.asking import GUIDS, Asker
+from tests.unit.sim.fleets.classic import FleetAsker
 
 ORDER = {"mission_id": GUIDS["Home"]}
 
 
-def arm(asker: Asker, kind: str, **more: object) -> None:
-    asker.control(fault={"kind": kind, "method": "POST", "path": "/mission_queue", **more})
+def arm(asker: Asker, kind: str, path: str = "/mission_queue", **more: object) -> None:
+    asker.control(fault={"kind": kind, "method": "POST", "path": path, **more})
 
 
 def orders(asker: Asker) -> int:
     return len(asker.get("/mission_queue"))
 
 
+@pytest.mark.parametrize(("make", "path"), [(Asker, "/mission_queue"), (FleetAsker, "/mission_scheduler")])
 @pytest.mark.parametrize(
     ("kind", "handled", "fate"),
     [
@@ -38,12 +40,15 @@ def orders(asker: Asker) -> int:
         ("twice", 2, Fate.ANSWERED),
     ],
 )
-def test_each_fault_handles_or_does_not(aino: Asker, kind: str, handled: int, fate: Fate) -> None:
-    arm(aino, kind)
-    assert aino.exchange("POST", "/mission_queue", ORDER).fate is fate
-    assert orders(aino) == handled
-    assert aino.exchange("POST", "/mission_queue", ORDER).response is not None  # one hit, then all is well
-    assert orders(aino) == handled + 1
+def test_each_fault_handles_or_does_not(
+    make: type[Asker | FleetAsker], path: str, kind: str, handled: int, fate: Fate
+) -> None:
+    asker = make()
+    arm(asker, kind, path)
+    assert asker.exchange("POST", path, ORDER).fate is fate
+    assert len(asker.get(path)) == handled
+    assert asker.exchange("POST", path, ORDER).response is not None  # one hit, then all is well
+    assert len(asker.get(path)) == handled + 1
 
 
 def test_what_the_client_gets_to_see(aino: Asker) -> None:

@@ -243,23 +243,6 @@ def test_the_german_robot_says_nothing_in_english() -> None:
     ] == []  # else a text was changed since
 
 
-def test_many_requests_in_a_short_time_are_too_many_only_then() -> None:
-    robot = asker(reboots={"requests": 5, "within_seconds": 10, "offline_seconds": 20})
-    for _ in range(50):
-        robot.pass_time(2.1)
-        robot.status()
-    robot.pass_time(10)
-    for _ in range(6):
-        assert robot.robot.state is StateId.READY
-        robot.status()
-    assert robot.robot.state is StateId.SHUTTING_DOWN
-    robot.pass_time(1.5)
-    assert not robot.robot.online
-    robot.pass_time(20)
-    assert robot.robot.online
-    assert robot.status()["state_id"] == StateId.STARTING
-
-
 def test_latency_is_drawn_by_the_seed_and_gives_way_to_other_faults() -> None:
     waits = [
         [robot.exchange("GET", "/status").seconds for _ in range(5)]

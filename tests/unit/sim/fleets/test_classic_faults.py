@@ -7,51 +7,14 @@ import pytest
 from mir_sim import Fate, handle
 from mir_sim.checks import WrongValue
 from mir_sim.messages import Request
-from tests.unit.sim.asking import GUIDS
 from tests.unit.sim.fleets.classic import FleetAsker
 
-ORDER = {"mission_id": GUIDS["Home"]}
 PATH = "/mission_scheduler"
 
 
 @pytest.fixture
 def fleet() -> FleetAsker:
     return FleetAsker()
-
-
-def arm(fleet: FleetAsker, kind: str, **more: object) -> None:
-    fleet.control(fault={"kind": kind, "method": "POST", "path": PATH, **more})
-
-
-@pytest.mark.parametrize(
-    ("kind", "handled", "fate"),
-    [
-        ("drop_request", 0, Fate.CLOSED),
-        ("drop_response", 1, Fate.CLOSED),
-        ("delay", 1, Fate.ANSWERED),
-        ("hang", 0, Fate.HELD),
-        ("status_503", 0, Fate.ANSWERED),
-        ("html", 1, Fate.ANSWERED),
-        ("truncate", 1, Fate.CUT),
-        ("garbage", 1, Fate.ANSWERED),
-        ("twice", 2, Fate.ANSWERED),
-    ],
-)
-def test_each_fault_leaves_the_orders_that_it_says(fleet: FleetAsker, kind: str, handled: int, fate: Fate) -> None:
-    arm(fleet, kind)
-    assert fleet.exchange("POST", PATH, ORDER).fate is fate
-    assert len(fleet.get(PATH)) == handled
-
-
-def test_a_late_order_arrives_a_minute_later(fleet: FleetAsker) -> None:
-    arm(fleet, "late", seconds=60)
-    late = fleet.exchange("POST", PATH, ORDER)
-    early = fleet.order()
-    fleet.pass_time(59.5)
-    assert [one["id"] for one in fleet.get(PATH)] == [early]
-    fleet.pass_time(0.5)
-    assert late.response is not None
-    assert (late.response.status, late.response.json()["id"]) == (201, early + 1)
 
 
 def test_without_credentials_only_the_status_can_be_read(fleet: FleetAsker) -> None:

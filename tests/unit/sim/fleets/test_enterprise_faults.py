@@ -41,17 +41,6 @@ def test_an_order_that_something_on_the_way_repeats_runs_once(client: Enterprise
     assert sum(len(vehicle.robot.queue) for vehicle in client.fleet.vehicles) == 1
 
 
-def test_a_late_order_is_taken_when_it_arrives(client: EnterpriseAsker) -> None:
-    fault(client, "late", 60)
-    late = client.exchange_order()
-    client.pass_time(59)
-    assert (late.pending, client.send("GET", ORDER).status) == (True, 404)
-    assert client.post().status == 201
-    client.pass_time(1)
-    assert late.response is not None
-    assert (late.pending, late.response.status) == (False, 409)
-
-
 def test_a_fleet_that_is_busy_says_so_in_a_problem(client: EnterpriseAsker) -> None:
     fault(client, "status_503")
     response = client.exchange_order().response

@@ -54,18 +54,6 @@ def name_of(order: Order) -> str | None:
     return order.vehicle.robot.name if order.vehicle is not None else None
 
 
-def test_an_order_moves_through_its_states(fleet: Fleet) -> None:
-    order, seen = fleet.order(robot=2), []
-    while not order.state.is_end:
-        seen.append((order.state, name_of(order)))
-        fleet.pass_time(0.25)
-    assert list(dict.fromkeys(seen)) == [(WAITING, None), (SENT, "Veikko"), (RUNNING, "Veikko")]
-    assert order.state is DONE
-    assert order.started is not None
-    assert order.ended is not None
-    assert order.ordered < order.started < order.ended
-
-
 def test_what_is_seen_does_not_depend_on_how_often_one_looks() -> None:
     often, seldom = Fleet(), Fleet()
     orders = [often.order("Deliver"), seldom.order("Deliver")]
@@ -123,47 +111,6 @@ def test_a_robot_that_is_not_free_gets_nothing_until_it_is(fleet: Fleet, prevent
     assert waits.vehicle is vehicle
 
 
-def test_a_robot_has_one_order_at_a_time_urgent_and_important_ones_first(fleet: Fleet) -> None:
-    orders = [
-        fleet.order(robot=1, priority=one, is_urgent=urgent) for one, urgent in ((0, False), (5, False), (0, True))
-    ]
-    ended: list[int] = []
-    while len(ended) < 3:
-        fleet.pass_time(1)
-        assert sum(one.state in (SENT, RUNNING) for one in orders) <= 1
-        ended += [one.number for one in orders if one.state is DONE and one.number not in ended]
-    assert ended == [3, 2, 1]
-
-
-def test_an_order_waits_for_its_time(fleet: Fleet) -> None:
-    order = fleet.order(earliest=60.0)
-    fleet.pass_time(59)
-    assert order.state is WAITING
-    fleet.pass_time(1)
-    assert order.state is SENT
-
-
-def test_a_waiting_order_is_cancelled_at_once(fleet: Fleet) -> None:
-    order = fleet.order(earliest=60.0)
-    fleet.book.cancel(order, fleet.now)
-    assert (order.state, order.ended, fleet.book.open) == (ABORTED, 0.0, [])
-    fleet.pass_time(120)
-    assert order.item is None
-
-
-@pytest.mark.parametrize("after", [1.0, 8.0])
-def test_an_order_at_a_robot_is_cancelled_there(fleet: Fleet, after: float) -> None:
-    order = fleet.order("Deliver", robot=1)
-    fleet.pass_time(after)
-    assert order.state is (SENT if after == 1.0 else RUNNING)
-    fleet.book.cancel(order, fleet.now)
-    assert fleet.end_of(order) is ABORTED
-    assert order.item is not None
-    assert (str(order.item.state), order.message) == ("Aborted", "Aborted - User Request")
-    fleet.book.cancel(order, fleet.now)
-    assert order.state is ABORTED
-
-
 def test_a_robot_that_is_offline_is_cancelled_when_it_is_back(fleet: Fleet) -> None:
     order, following = fleet.order("Deliver", robot=1), fleet.order(robot=1)
     fleet.pass_time(1.2)
@@ -173,13 +120,6 @@ def test_a_robot_that_is_offline_is_cancelled_when_it_is_back(fleet: Fleet) -> N
     assert order.state is SENT
     assert fleet.end_of(order) is ABORTED
     assert fleet.end_of(following) is DONE
-
-
-def test_a_failed_mission_is_an_aborted_order_with_the_robots_message(fleet: Fleet) -> None:
-    fleet.vehicles[0].robot.fail_next = "Failed to reach goal"
-    order = fleet.order(robot=1)
-    assert fleet.end_of(order) is ABORTED
-    assert order.message == "Failed to reach goal"
 
 
 def test_an_order_whose_mission_was_deleted_is_invalid(fleet: Fleet) -> None:
