@@ -41,8 +41,6 @@ class Seat(RelativeLayout):
 class LongList(Fires, CalmScroll):
     """``data`` as in ``lists``, each row with a ``key``; row classes mix in ``Row`` and set their own height.
 
-    At rest its upper edge is that of a row; a partly visible row at its lower edge shows that there is more.
-
     ``on_action(key, action, *values)`` comes from the rows, ``on_end`` when the last rows become visible (load the next
     page).
     """
@@ -163,23 +161,6 @@ class LongList(Fires, CalmScroll):
     def _stand_still(self, _dt):
         """Nothing has moved for a moment."""
         self.moves = False
-        self._come_to_rest()
-
-    def _come_to_rest(self):
-        """Align the upper edge with a whole row."""
-        way, self.wheel_way = self.wheel_way, 0
-        if self._anchor is not None:
-            key, hidden = self._anchor
-            if key in self._places and hidden > 0.5 and not self._at_end():
-                n = self._places[key]
-                if way > 0 or (not way and hidden > (self._tops[n + 1] - self._tops[n]) / 2):
-                    key = self._keys[min(n + 1, len(self._keys) - 1)]
-                if self._height_of(key) < self.height:
-                    self._anchor = key, 0.0
-        self._arrange()
-
-    def _at_end(self) -> bool:
-        return self.scroll_y < 1e-3
 
     def _height_of(self, key) -> float:
         return self._heights.get(key, self.row_height)

@@ -42,9 +42,6 @@ class PanelGrid(LongList):
         self.bind(panels=self._shelve, panelclass=self._shelve, columns=self._shelve, spacing=self._shelve)
         self._shelve()
 
-    def _come_to_rest(self):
-        """Panels stay where they were left."""
-
     def _forget_spare(self):
         """None if all are visible: a shelf is a whole row of panels, and another number of columns needs other
         shelves."""

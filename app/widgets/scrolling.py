@@ -8,7 +8,6 @@ from kivy.uix.scrollview import ScrollView
 from app.widgets.around import around
 from app.widgets.places import places
 
-WHEEL_WAYS = {"scrollup": 1, "scrolldown": -1}  # by kivy's names, which are the page's directions
 FAR = 1e6  # px, where nothing is
 
 
@@ -17,13 +16,7 @@ class CalmScroll(ScrollView):
 
     A resting finger presses what is under it. If it drags later, it scrolls and has pressed nothing, unless the widget
     under it ``keeps_drag``. A widget that ``takes_at_once`` gets touches without a rest.
-
-    ``wheel_way``: where a mouse's wheel is turning it, 1 down, -1 up; 0: a finger, or nothing, has moved it. A list
-    that stops at whole rows continues in that direction: a notch is less than half a row, so the nearest row would undo
-    it.
     """
-
-    wheel_way = 0
 
     def _has_more_below(self) -> bool:
         return bool(self.do_scroll_y) and (self.viewport_size[1] - self.height) * self.scroll_y > dp(2)
@@ -32,6 +25,7 @@ class CalmScroll(ScrollView):
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
+        kwargs.setdefault("scroll_wheel_distance", dp(64))  # about a row
         kwargs.setdefault(
             "always_overscroll", False
         )  # content that fits is at the upper edge, ignoring the scroll position
@@ -52,8 +46,6 @@ class CalmScroll(ScrollView):
             self.scroll_y = 1
 
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos):
-            self.wheel_way = WHEEL_WAYS.get(touch.button, 0) if "button" in touch.profile else 0
         if not self.do_scroll_y and self.collide_point(*touch.pos):
             return self.simulate_touch_down(touch)  # at once: it can't become a drag
         is_for_fingers = self._under(touch, lambda widget: getattr(widget, "takes_at_once", False)) is not None
