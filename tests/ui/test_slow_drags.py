@@ -120,17 +120,6 @@ def test_a_row_is_scrolled(ui):
     slow_drag(ui, ui.find_all(IconButton)[0], 0, 120)
     assert scroll.scroll_y < 1
     assert happened == []
-    above = (1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height)
-    assert (above + 1) % 80 == pytest.approx(1, abs=1)  # it has come to rest on a row
-
-
-def test_a_list_comes_to_rest_on_a_row_after_a_slow_tap(ui):
-    rows = ui.show(LongList(viewclass="QueueRow", spacing=8, data=queue(*range(30))), (400, 300))
-    ui.tap(ui.find_all(IconButton)[0], hold=0.4)
-    scroll = rows
-    scroll.scroll_y = 1 - 100 / (scroll.viewport_size[1] - scroll.height)
-    ui.advance(1)
-    assert ((1 - scroll.scroll_y) * (scroll.viewport_size[1] - scroll.height) + 1) % 80 == pytest.approx(1, abs=1)
 
 
 def test_where_nothing_scrolls_a_finger_may_slip_on_a_button(ui):
