@@ -19,8 +19,7 @@ from app.widgets.rest import rest
 from app.widgets.scrolling import turn_to
 from app.widgets.surfaces import Tap
 
-ERASE = 8  # keys of a keyboard
-ENTER = (13, 271)
+ENTER = (13, 271)  # keys of a keyboard
 
 
 class TimeCell(Tap):
@@ -55,15 +54,13 @@ class TimeCells(Fires, GridLayout):
 
 
 class TimeSheet(Picker):
-    """Picks a datetime.time: an hour and a minute, in any order, or the button. On a keyboard 0 6 3 0 is 06:30, and 7 4 5 is 07:45, as no
-    hour begins with 7."""
+    """Picks a datetime.time: an hour and a minute, in any order, or the button."""
 
     hour = NumericProperty(0)
     minute = NumericProperty(0)
     separator = StringProperty(":")
 
     def __init__(self, start: time | None = None, **kwargs):
-        self._has_hour = self._is_half = False  # the hour was typed; one digit of a number was
         self._tapped = set()
         super().__init__(**kwargs)
         if start is not None:
@@ -72,7 +69,6 @@ class TimeSheet(Picker):
     def choose(self, part: str, number: int) -> None:
         """The ``hour`` or the ``minute`` was tapped: with the other one it is whole. Until then the minutes come in sight."""
         setattr(self, part, number)
-        self._has_hour = self._has_hour or part == "hour"
         self._tapped.add(part)
         if len(self._tapped) == 2:
             self.on_done()
@@ -82,30 +78,6 @@ class TimeSheet(Picker):
 
     def on_done(self):
         self.dispatch("on_pick", time(int(self.hour), int(self.minute)))
-
-    def digit(self, number: int) -> None:
-        """One was typed: of the hour until that is complete, then of the minute."""
-        name, limit = ("minute", 59) if self._has_hour else ("hour", 23)
-        value = int(getattr(self, name)) * 10 + number if self._is_half else number
-        if value > limit:  # it cannot belong to the first digit: it begins the next number
-            self._has_hour, self._is_half = not self._has_hour, False
-            self.digit(number)
-            return
-        setattr(self, name, value)
-        is_whole = self._is_half or value * 10 > limit
-        self._has_hour, self._is_half = self._has_hour != is_whole, not is_whole
-
-    def takes_key(self, key, text):
-        if text.isdecimal():
-            self.digit(int(text))
-        elif key == ERASE:
-            self.hour = self.minute = 0
-            self._has_hour = self._is_half = False
-        elif key in ENTER:
-            self.on_done()
-        else:
-            return False
-        return True
 
 
 class DateSheet(Picker):

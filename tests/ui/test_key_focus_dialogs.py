@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import date, time
+from datetime import date
 
 import pytest
 from kivy.core.window import Window
@@ -25,19 +25,19 @@ UP, DOWN, RIGHT, LEFT = ARROWS
 
 def test_enter_presses_the_ring_also_where_a_sheet_has_a_use_for_it(ui, keys):
     ui.show(page_of("One"), (300, 300))
-    picked: list[time] = []
-    dialogs = Dialogs()
-    dialogs.pick_time("Time", time(6, 30), picked.append)
+    picked: list[date] = []
+    dialogs, day = Dialogs(), date(2026, 11, 20)
+    dialogs.pick_date("Day", day, picked.append, today=day)
     ui.advance(0.5)
     while getattr(keys.target, "icon", "") != "close":
         ui.key(TAB)
     ui.key(ENTER)
     assert (picked, dialogs.top) == ([], None)
     ui.advance(1)
-    dialogs.pick_time("Time", time(6, 30), picked.append)
+    dialogs.pick_date("Day", day, picked.append, today=day)
     ui.advance(0.5)
     ui.key(ENTER)  # no ring in it: Enter is the sheet's
-    assert picked == [time(6, 30)]
+    assert picked == [day]
 
 
 def test_after_a_dialog_the_ring_is_where_it_was(ui, keys):

@@ -12,9 +12,8 @@ from app.widgets.buttons import CommandButton
 from app.widgets.fields import RepeatButton
 from app.widgets.month import MonthDay
 from app.widgets.pickers import TimeCell
-from app.widgets.rest import SETTLES
 from tests.ui.checks import area, parents, visible_area
-from tests.ui.test_widgets_dialogs import BACKSPACE, ENTER, ESCAPE, press
+from tests.ui.test_widgets_dialogs import press
 
 
 @pytest.fixture
@@ -23,28 +22,6 @@ def dialogs(ui) -> Dialogs:
 
 
 # ---------------------------------------------------------------------- time
-@pytest.mark.parametrize(
-    ("digits", "time_of_day"),
-    [
-        ("0630", time(6, 30)),
-        ("745", time(7, 45)),
-        ("2359", time(23, 59)),
-        ("27", time(2, 7)),
-        ("1299", time(9, 9)),
-        ("3", time(3, 0)),
-        ("00", time(0, 0)),
-    ],
-)
-def test_digits_of_a_keyboard_make_a_time(ui, dialogs, digits, time_of_day):
-    picked: list[time] = []
-    dialogs.pick_time("Time", None, picked.append)
-    ui.advance(SETTLES)
-    for digit in (*"9", BACKSPACE, *digits):
-        ui.key(digit if digit == BACKSPACE else ord(digit), "" if digit == BACKSPACE else digit)
-    ui.key(ENTER)
-    assert (picked, dialogs.top) == ([time_of_day], None)
-
-
 def test_a_time_by_single_minutes(ui, dialogs):
     picked: list[time] = []
     dialogs.pick_time("Time", time(6, 30), picked.append)
@@ -76,16 +53,6 @@ def test_an_hour_and_a_minute_are_a_time_in_any_order(ui, dialogs, cells):
         assert picked == []
         ui.tap(ui.find(TimeCell, text=text))
     assert (picked, dialogs.top) == ([time(7, 45)], None)
-
-
-def test_a_closed_time_sheet_takes_no_more_keys(ui, dialogs):
-    picked: list[time] = []
-    picker = dialogs.pick_time("Time", None, picked.append)
-    ui.advance()
-    ui.key(ESCAPE)
-    ui.key(ord("5"), "5")
-    ui.key(ENTER)
-    assert (picked, picker.hour) == ([], 0)
 
 
 # ---------------------------------------------------------------------- date

@@ -20,7 +20,7 @@ from app.widgets.lanes import Lanes
 from app.widgets.long_list import LongList
 from app.widgets.menu import MenuRow
 from app.widgets.month import MonthDay
-from app.widgets.pickers import DateSheet, TimeSheet
+from app.widgets.pickers import DateSheet, TimeCell, TimeSheet
 from app.widgets.sheet import FOOT_RESTS
 from app.widgets.snackbar import Snackbar
 from tests.support.edits import add_days
@@ -139,9 +139,8 @@ def test_one_robot_is_held_until_a_time_that_is_picked(screen, container, ui):
     chip(screen, ui, "Until a time")
     ui.tap(ui.find(MonthDay, root=ui.find(DateSheet), day=date(2026, 11, 23)))
     press(screen, ui, "Set Mon 23 Nov")
-    for digit in "0630":
-        ui.key(ord(digit), digit)
-    ui.tap(ui.find(CommandButton, root=ui.find(TimeSheet), text="Set 06:30"))
+    for cell in ("06", "30"):
+        ui.tap(ui.find(TimeCell, text=cell))
     settle(screen, ui)
     assert ui.find(ChoiceChip, root=dialog, text="Until Mon 23 Nov 06:30").active
     ui.tap(ui.find(CommandButton, root=dialog, text="Hold"))

@@ -16,6 +16,7 @@ from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, IconButton, MenuChip
 from app.widgets.choices import OptionRow
 from app.widgets.lanes import LONG, Lanes
+from app.widgets.pickers import TimeCell
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
     KITS,
@@ -226,9 +227,9 @@ def test_the_card_of_a_start_asks_for_its_new_time(screen, container, ui):
     tap_bar(ui, ("schedule", schedule.id))
     card_of(ui)
     take(screen, ui, "Move")
-    for digit in "2015":
-        ui.key(ord(digit), digit)
-    press(screen, ui, "Set 20:15")
+    for part, word in ((0, "20"), (-1, "15")):  # both are an hour and a minute
+        ui.tap(ui.find_all(TimeCell, text=word)[part])
+    settle(screen, ui)
     assert screen.plan.moving.title == "Night stock count on Aino → 20:15"
 
 
