@@ -37,7 +37,7 @@ class Lanes(Chart):
     are "closed", "folded" (a break of any length) or "held"; ticks = [(hour, label, strong)]. Lanes share the height,
     as far as they need it.
 
-    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``, followed by the keys of the bars under it; one
+    A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``; one
     on closed time ``on_fold(hour)``; one on free time ``on_free(lane's key, hour)``; a finger that takes a
     bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is the
     visible part after fingers have moved it; ``day_text`` of the first hour that is not folded is above the names. In a
@@ -273,8 +273,8 @@ class Lanes(Chart):
         frame = self._drawing.frame
         hour = frame.hour_at(x - self._drawing.moved) if x >= frame.left else math.inf
         closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
-        if closed != "folded" and (keys := self._bars_near(x, y)):
-            return "on_bar", *keys
+        if closed != "folded" and (bar := self._bar_near(x, y)) is not None:
+            return "on_bar", bar[4]
         if closed:
             return "on_fold", hour
         return ("on_free", lane.key, self._time_at(x)) if x >= frame.left else None
@@ -286,31 +286,19 @@ class Lanes(Chart):
             return None
         return frame.lanes[frame.lane_at(y)]
 
-    def _bars_near(self, x, y):
-        """Keys: the bar nearest to a finger, the uppermost of several, and those that share its place and are as near."""
+    def _bar_near(self, x, y) -> Box | None:
+        """Of the bars within a fingertip the nearest one, the uppermost of several."""
         reach, slack = dp(24), dp(8)
         lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
         boxes = (
             box
             for lane in lanes
             for box in reversed([*self._drawing.boxes(lane)])
-            if box[1] - slack <= y <= box[3] + slack
+            if box[0] - reach <= x <= box[2] + reach and box[1] - slack <= y <= box[3] + slack
         )
-        near = sorted(
-            ((max(box[0] - x, x - box[2], 0), max(box[1] - y, y - box[3], 0), box) for box in boxes),
-            key=lambda hit: hit[:2],
+        return min(
+            boxes, key=lambda box: (max(box[0] - x, x - box[2], 0), max(box[1] - y, y - box[3], 0)), default=None
         )
-        if not near or near[0][0] > reach:
-            return []
-        nearest, _above, (left, bottom, right, _top, first) = near[0]
-        return [
-            first,
-            *(
-                key
-                for distance, _above, (x1, y1, x2, _y2, key) in near[1:]
-                if distance <= nearest + slack and y1 == bottom and x1 < right and left < x2
-            ),
-        ]
 
     def _drag(self, dx):
         """Move what is drawn; ``first`` follows at once."""

@@ -36,12 +36,8 @@ class Menu(Fires, MDDialog, Still):
     """Commands below the widget ``anchor``, or above it without room, in the left half of the window from its left edge
     on: ``items`` have ``key``, ``text``, ``icon``, ``tone``, ``disabled``; fires ``on_choose(key)``. With a ``title``,
     and ``text`` under it, it is a card about the ``anchor``, with a ``tip`` (px of the window) that points at it from below
-    or above, 0 where the card covers it; of several ``cards`` (with ``title``, ``text``, ``items``)
-    it shows the one ``at`` that place, and arrows that lead to the others. It lies on whole pixels: text and lines would be blurred
-    elsewhere."""
+    or above, 0 where the card covers it. It lies on whole pixels: text and lines would be blurred elsewhere."""
 
-    cards = ListProperty()
-    at = NumericProperty(0)
     title = StringProperty()
     text = StringProperty()
     items = ListProperty()
@@ -54,9 +50,7 @@ class Menu(Fires, MDDialog, Still):
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
         Window.unbind(on_resize=self.update_width)  # only bound while it is open
-        self.bind(size=self._place, at=self._turned)
-        if self.cards:
-            self._turned()
+        self.bind(size=self._place)
 
     def update_width(self, *_):
         """Said in kv."""
@@ -83,14 +77,6 @@ class Menu(Fires, MDDialog, Still):
     def chosen(self, key) -> None:
         self.dispatch("on_choose", key)
         self.dismiss()
-
-    def turn(self, by: int) -> None:
-        """To the next card (1) or the one before (-1), round and round."""
-        self.at = (self.at + by) % len(self.cards)
-
-    def _turned(self, *_):
-        card = self.cards[self.at]
-        self.title, self.text, self.items = card.title, card.text, list(card.items)
 
     def _place(self, *_):
         if self._is_open:

@@ -272,7 +272,7 @@ def card_at(look: str) -> Callable[[Any], Any]:
             (bar for lane in chart.lanes for bar in lane.bars if bar.state == look and bar.key in seen),
             key=lambda bar: bar.end - bar.start,
         )
-        stand.vm.open_bars([bar.key], chart.place_of(bar.key))
+        stand.vm.open_bar(bar.key, chart.place_of(bar.key))
         return studio.dialogs.top
 
     return build
@@ -386,9 +386,7 @@ def group_bar(studio: Any) -> Any:
         schedule.id for schedule in stand.vm._facts.schedules if schedule.group_id and schedule.start.hour == 16
     )
     run = next(run for run in stand.vm._facts.planned if run.schedule.id == number)
-    stand.vm.open_bars(
-        [("schedule", number, run.at)], next(w for w in stand.screen.walk() if type(w).__name__ == "Lanes")
-    )
+    stand.vm.open_bar(("schedule", number, run.at), next(w for w in stand.screen.walk() if type(w).__name__ == "Lanes"))
     return stand.settle()
 
 

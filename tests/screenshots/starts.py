@@ -31,16 +31,6 @@ def alike(container: Container) -> None:
     container.pausing.skip(kits.id, datetime(2026, 11, 20, 14, 0, tzinfo=UTC))
 
 
-@picture("scheduler-alike", sizes=EVERY_SIZE)
-def same_time(studio: Any) -> Any:
-    """The card of one of two starts at the same time."""
-    stand = Stand(studio, "scheduler", prepare=alike)
-    chart = next(widget for widget in stand.screen.walk() if type(widget).__name__ == "Lanes")
-    keys = [bar.key for bar in chart.lanes[0].bars if bar.label == "Night stock count"][:2]
-    stand.vm.open_bars(keys, chart.place_of(keys[0]))
-    return studio.dialogs.top
-
-
 @picture("scheduler-over", sizes=(*BOTH, SMALL, LARGE_TEXT))
 def over(studio: Any) -> Any:
     """The list of schedules with one that is over."""

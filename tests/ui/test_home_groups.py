@@ -169,7 +169,7 @@ def test_a_waiting_start_offers_the_same_on_the_timeline_as_on_home(home, hall, 
 
     def use(word: str) -> None:
         ui.wait(lambda: home.shell.background.idle and any(one.id == row.id for one in vm._facts.past))
-        vm.open_bars([("execution", row.id)], home.root)
+        vm.open_bar(("execution", row.id), home.root)
         ui.wait(lambda: ui.find_all(MenuRow, text=word))
         ui.advance(0.3)
         ui.tap(ui.find(MenuRow, text=word))
@@ -206,7 +206,7 @@ def test_cancel_on_the_card_of_a_start_that_runs_asks_first(home, hall, ui):
     home.shell.go("scheduler")
     vm = home.shell.navigator.screen("scheduler").vm
     ui.wait(lambda: home.shell.background.idle and any(one.id == row.id for one in vm._facts.past))
-    vm.open_bars([("execution", row.id)], home.root)
+    vm.open_bar(("execution", row.id), home.root)
     ui.wait(lambda: ui.find_all(MenuRow, text="Cancel"))
     for robot in home.site.fleet.robots:
         api(robot, "PUT", "/status", state_id=3)

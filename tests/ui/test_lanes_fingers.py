@@ -35,7 +35,7 @@ def test_a_tap_where_bars_overlap_says_the_one_that_is_tapped(ui):
     for _left, bottom, _right, top, _key in [*chart.boxes()]:
         ui.tap_at(chart.left_of(11), (bottom + top) / 2)
         ui.advance(0.5)
-    assert [keys[0] for keys in calls] == ["a", "b"]
+    assert calls == [("a",), ("b",)]
 
 
 def test_bars_a_minute_apart_are_both_found_at_any_zoom(ui):

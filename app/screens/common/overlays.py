@@ -13,7 +13,7 @@ from kivy.uix.widget import Widget
 from app.screens.common import formats
 from app.screens.common.sheets import Sheets
 from app.widgets.choices import ChoiceSheet, Picker
-from app.widgets.items import Card, Option
+from app.widgets.items import Option
 from app.widgets.menu import Menu
 from app.widgets.pickers import DateSheet, TimeSheet
 from app.widgets.sheet import Sheet
@@ -109,11 +109,9 @@ class Dialogs:
         menu.bind(on_choose=lambda _menu, key: done(key))
         return self._show(menu)
 
-    def cards(self, anchor: Widget, cards: Sequence[Card], done: Callable[[int, Any], object]) -> Menu:
-        """Cards about things that overlap at ``anchor``, one at a time; ``done(number, key)``."""
-        menu = Menu(cards=list(cards), anchor=anchor)
-        menu.bind(on_choose=lambda _menu, key: done(menu.at, key))
-        return self._show(menu)
+    def explain(self, anchor: Widget, title: str, text: str) -> Menu:
+        """Words about what is at ``anchor``."""
+        return self.menu(anchor, title, (), lambda _key: None, text)
 
     def _show(self, menu: Menu) -> Menu:
         self._open.append(menu)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from datetime import datetime, time, timedelta
 from typing import Any
@@ -188,20 +188,18 @@ class OnTimeline(ViewModel):
             self._show_plan()
 
     # ------------------------------------------------------------------ its bars
-    def open_bars(self, keys: Sequence[tuple[Any, ...]], place: Widget) -> None:
-        """Overlapping bars of the timeline were tapped at ``place``: show their cards, the first one first. Zoom into a
-        bar that represents several."""
+    def open_bar(self, key: tuple[Any, ...], place: Widget) -> None:
+        """A bar of the timeline was tapped at ``place``: show its card, or zoom into one that represents several."""
         self.free = None
-        match keys[0]:
+        match key:
             case ("zoom", middle, length):
                 hours = float(next((span for span in timeline.SPANS if span >= length), self._window.hours))
                 hours = min(hours, max(self._window.hours / 2, timeline.SPANS[0]))
                 self._show_window(replace(self._window, left=self._instant(middle - hours / 2), hours=hours))
             case _:
-                if cards := [card for key in keys if (card := self._card(key)) is not None]:
-                    self._shell.dialogs.cards(
-                        place, [card for card, _calls in cards], lambda n, key: cards[n][1][key]()
-                    )
+                if (found := self._card(key)) is not None:
+                    card, calls = found
+                    self._shell.dialogs.menu(place, card.title, card.items, lambda chosen: calls[chosen](), card.text)
 
     def _card(self, key: tuple[Any, ...]) -> tuple[Card, dict[Hashable, Callable[[], object]]] | None:
         """Of a bar, and what its commands do."""

@@ -31,7 +31,7 @@ from app.services.files.plan_export import PlanExport
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.dock import dock
-from app.widgets.items import Card, Option
+from app.widgets.items import Option
 from app.widgets.tabs import Tab
 
 REFRESH_SECONDS = 60.0  # after which the plan is read again even without a published change
@@ -197,11 +197,10 @@ class SchedulerViewModel(OnTimeline):
 
     def plan_menu(self, anchor: Any) -> None:
         """What is rarely needed."""
-        colours = [Card(_("Colours"), view.looks_in_words(), ())]
         calls: dict[str, Callable[[], object]] = {
             "export": self.export,
             "robots": self.choose_robots,
-            "looks": lambda: self._shell.dialogs.cards(anchor, colours, lambda *_args: None),
+            "looks": lambda: self._shell.dialogs.explain(anchor, _("Colours"), view.looks_in_words()),
         }
         items = [
             Option("export", _("Export"), "calendar-export", disabled=self.exporting),

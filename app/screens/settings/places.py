@@ -19,7 +19,7 @@ from app.screens.settings.edit_sheet import PlainSheet, delete, delete_menu
 from app.screens.settings.page import PageContext
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
-from app.widgets.items import Card, Option
+from app.widgets.items import Option
 
 USUAL_MOST = 1  # as the word says; its help explains larger numbers
 STEPS = {"fewer": -1, "more": 1}
@@ -75,7 +75,7 @@ class PlacesPart(EventDispatcher):
             "A start that needs a full place waits. Robots avoid collisions themselves: this only prevents queues. "
             "With 1, a place is empty while the next robot drives up. 2 or 3 keep it in use."
         )
-        self._context.shell.dialogs.cards(button, [Card(_("Robots at a time"), words, ())], lambda *_args: None)
+        self._context.shell.dialogs.explain(button, _("Robots at a time"), words)
 
     def most(self, place: Place) -> int:
         """How many robots it takes, with what is not read yet."""
