@@ -14,7 +14,6 @@ from kivy.clock import Clock
 from app.domain.models import Robot, RobotSnapshot
 from app.i18n import _, ngettext
 from app.mir.errors import Rejected, RobotError
-from app.screens.common import questions
 from app.screens.common.cancelled import ask_to_cancel, ask_to_stop, is_undoable, say_cancelled
 from app.screens.common.presses import OfRobot, Presses
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
@@ -26,6 +25,7 @@ from app.screens.home.fleet import ANSWER
 from app.widgets.items import Item
 
 READ_WITHIN = 5.0  # s until the message that errors remain after the reset
+ASKED_UNTIL = 8.0  # s after an answer, in which a robot may still show its question
 GONE = (404, 410)  # a robot's answers about an item that it no longer has
 
 
@@ -127,7 +127,7 @@ class HomeCommands(HomeState):
         """What solves the problem of a robot, as its row among all says; unless it no longer ``helps``."""
         if name.startswith(ANSWER):
             guid, _line, option = name.removeprefix(ANSWER).partition("\n")
-            over = questions.over(robot, guid, self._services.snapshots)
+            over = self._question_is_over(robot, guid)
             send, key = partial(self.answer_of, robot, guid, option), OfRobot("answer", robot.id)
         else:
             over = "" if helps else _("{robot}: nothing sent, its state has changed").format(robot=robot.name)
@@ -240,19 +240,33 @@ class HomeCommands(HomeState):
         """Answer that robot's question."""
 
         def answered(_none: None) -> None:
-            self._answered[guid] = Clock.get_time() + questions.READ_WITHIN
+            self._answered[guid] = Clock.get_time() + ASKED_UNTIL
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._shell.snackbars.show(said, icon="comment-check-outline")
+
+        def not_answered(problem: BaseException) -> None:
+            if said := self._question_is_over(robot, guid):
+                self._shell.snackbars.show(said, icon="information-outline", seconds=PROBLEM_SECONDS)
+            else:
+                self._refused(robot, _("Answer"))(problem)
 
         if guid not in self.facts.answered and not self._presses.is_same(OfRobot("answer", robot.id)):
             self.act_once(
                 OfRobot("answer", robot.id),
                 lambda: self._services.operator.answer_prompt(robot.id, guid, option),
                 answered,
-                lambda problem: questions.say_not_answered(self._shell, self._services, robot, guid, problem),
+                not_answered,
             )
 
     # ------------------------------------------------------------------ inside
+    def _question_is_over(self, robot: Robot, guid: str) -> str:
+        """A sentence, if the robot asked something else or nothing when it was last read."""
+        status = self._services.snapshots.get(robot.id).status
+        now = status.user_prompt if status is not None else None
+        if now is None:
+            return f"{robot.name}: {_('The question has been answered or withdrawn')}"
+        return _("{robot} asks something else now").format(robot=robot.name) if now.guid != guid else ""
+
     def _saying(self, text: str, icon: str, about: Hashable | None = None) -> Callable[[object], None]:
         """To be called with an outcome that has no words of its own."""
         return lambda _outcome: self._shell.snackbars.show(text, icon=icon, about=about)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 from kivy.utils import get_hex_from_color
 
 from app.domain.models import THEMES
 from app.mir.errors import Rejected
-from app.screens.common import questions
 from app.screens.home.cards import PromptOption
 from app.widgets.buttons import CommandButton
 from app.widgets.frame import Banner, Frame
@@ -74,36 +75,25 @@ def test_a_finger_on_its_way_to_one_question_answers_no_other_one(home, ui):
     ui.wait(lambda: answer_sent(home))
 
 
-def test_a_late_answer_is_reported_with_the_name_of_the_robot(home, ui, monkeypatch):
+@pytest.mark.parametrize(
+    ("since", "said"),
+    [
+        (None, "Aino: The question has been answered or withdrawn"),
+        ("Release pallet 7?", "Aino asks something else now"),
+    ],
+)
+def test_a_late_answer_says_what_became_of_the_question_once_it_was_read(home, ui, monkeypatch, since, said):
     ask(home, "Is the aisle free?")
     ui.wait(lambda: "Is the aisle free?" in ui.texts())
-    answer = home.site.container.operator.answer_prompt
-
-    def late(robot_id: int, guid: str, option: str) -> None:
-        home.aino.control({"user_prompt": None})  # somebody answers at the robot
-        answer(robot_id, guid, option)
-
-    monkeypatch.setattr(home.site.container.operator, "answer_prompt", late)
+    services, (robot, *_others) = home.site.container, home.root_vm.facts.robots
+    answer, go, asked = services.operator.answer_prompt, threading.Event(), services.snapshots.get(robot.id).status
+    monkeypatch.setattr(services.operator, "answer_prompt", lambda *args: go.wait(30) and answer(*args))
     press(ui, "Yes")
+    home.aino.control({"user_prompt": since and {"question": since, "options": ["Yes", "No"], "timeout": 600}})
+    ui.wait(lambda: services.snapshots.get(robot.id).status.user_prompt != asked.user_prompt)
+    go.set()
     ui.wait(lambda: home.shell.snackbars.texts)
-    assert home.shell.snackbars.texts == ["Aino: The question has been answered or withdrawn"]
-
-
-def test_an_answer_to_a_question_that_was_replaced_says_that_another_one_is_asked(home, ui, monkeypatch):
-    """Also where the robot has not been read since."""
-    ask(home, "Is the aisle free?")
-    ui.wait(lambda: "Is the aisle free?" in ui.texts())
-    services = home.site.container
-    answer = services.operator.answer_prompt
-
-    def late(robot_id: int, guid: str, option: str) -> None:
-        ask(home, "Release pallet 7?")
-        answer(robot_id, guid, option)
-
-    monkeypatch.setattr(services.operator, "answer_prompt", late)
-    press(ui, "Yes")
-    ui.wait(lambda: home.shell.snackbars.texts)
-    assert home.shell.snackbars.texts == ["Aino asks something else now"]
+    assert home.shell.snackbars.texts == [said]
 
 
 def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more(home, ui, monkeypatch):
@@ -113,7 +103,6 @@ def test_a_robot_that_takes_no_answer_to_what_it_asks_is_not_said_to_ask_no_more
     def refuse(*_args: object) -> None:
         raise Rejected(status=400, address="r1", reason="Not now")
 
-    monkeypatch.setattr(questions, "READ_WITHIN", 600.0)  # it is known sooner, by what is read
     monkeypatch.setattr(home.site.container.operator, "answer_prompt", refuse)
     press(ui, "Yes")
     ui.wait(lambda: home.shell.snackbars.texts)
