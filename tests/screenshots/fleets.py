@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from app.database.fleets import FleetRepository
 from app.domain.check_up import RobotProfile
-from app.domain.models import ANY_VEHICLE, Fleet, Robot
+from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Robot
 from app.domain.robot import Vehicle
 from app.screens.settings.fleet_sheet import FleetSheet
 from app.services.robots.fleets import FoundVehicle
@@ -57,7 +57,7 @@ def new_fleet(page, _facts):
 
 def new_enterprise(page, facts):
     new_fleet(page, facts)
-    page.context.shell.sheets.top.choose_kind("enterprise")
+    page.context.shell.sheets.top.choose_kind(FleetKind.ENTERPRISE)
 
 
 def robots_of_it(page, facts):

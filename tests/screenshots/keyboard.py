@@ -31,7 +31,7 @@ def letters(studio: Any) -> Any:
     studio.afterwards(context.shell.sheets.give_up)
     context.shell.sheets.show(dialog)
     studio.driver.advance(0.2)
-    field: Field = dialog.ids.username_field
+    field: Field = dialog.ids.connection.children[0].ids.username_field
     return typed_into(studio, field)
 
 

@@ -334,7 +334,7 @@ def robot_dialog_new(context: PageContext):
 @dialog("robot-sheet")
 def robot_dialog(context: PageContext):
     dialog = RobotSheet(context, context.facts.robots[0])
-    dialog._passed(dialog.vm.connection, identity("200104012", "Aino", "MiR250", "3.5.4"), lambda: None)
+    dialog._passed(identity("200104012", "Aino", "MiR250", "3.5.4"))
     return dialog
 
 
@@ -379,14 +379,10 @@ def robots_found(context: PageContext):
 @dialog("robot-sheet-problems")
 def robot_dialog_problems(context: PageContext):
     dialog = RobotSheet(context)
-    dialog.vm.name, dialog.vm.address, dialog.vm.username, dialog.vm.password = (
-        "Aino",
-        "https://10.40.12.29",
-        "scheduler",
-        "wrong",
-    )
-    dialog._failed(dialog.vm.connection, Unauthorized(address="10.40.12.29"), lambda: None)
-    dialog.vm.name_problem = "There is a robot Aino already"
+    dialog.enter(name="Aino", address="https://10.40.12.29", username="scheduler")
+    dialog.password = "wrong"
+    dialog._failed(Unauthorized(address="10.40.12.29"))
+    dialog.problems["name"] = "There is a robot Aino already"
     return dialog
 
 

@@ -210,8 +210,14 @@ def fill_in(ui: Driver, **values: str) -> ConnectionSheet:
     """Type into the sheet of a robot or fleet that is open, field by field."""
     dialog = ui.find(ConnectionSheet)
     for name, text in values.items():
-        enter(ui, dialog.ids[f"{name}_field"], text)
+        enter(ui, entry(dialog, name), text)
     return dialog
+
+
+def entry(sheet: ConnectionSheet, name: str) -> Field:
+    """A field of the sheet of a robot or fleet."""
+    ids = sheet.ids if name == "name" else sheet.ids.connection.children[0].ids
+    return ids[f"{name}_field"]
 
 
 def keyboard(ui) -> DockedKeyboard:

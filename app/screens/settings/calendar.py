@@ -14,7 +14,7 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.name_order import with_id
 from app.screens.settings import calendar_view as view
-from app.screens.settings.edit_sheet import PlainSheet, delete
+from app.screens.settings.edit_sheet import EditSheet, delete
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import ValuesPage
 from app.services.files.calendar_import import CalendarFile
@@ -196,11 +196,11 @@ class EventsSheet(Sheet):
         self.all_chosen = len(self.chosen) == len(self._found.events)
 
 
-class DaysSheet(PlainSheet):
+class DaysSheet(EditSheet):
     """Days off or extra working days: the first and the last day, and their name."""
 
     kind = "exceptions"
-    at_once = True
+    at_once = ("name", "is_working", "first_day", "last_day", "yearly")
     fields = ("name", "first_day", "last_day")
 
     def remove(self) -> None:

@@ -61,30 +61,38 @@ class SettingsSheet(Sheet):
 
 
 class EditSheet(SettingsSheet):
-    """Of ``stored``, or of something new (None). With ``at_once`` a change of what is stored is saved when it is made, with Undo."""
+    """``it`` is ``stored``, or something new, with what is entered; ``problems`` are by the names of its ``fields``. Of
+    something stored a change of what is ``at_once`` is saved when it is made, with Undo."""
 
     stored = ObjectProperty(None, rebind=True, allownone=True)
+    it = ObjectProperty(rebind=True)
+    problems = DictProperty(rebind=True)
     outcome = ObjectProperty(NoticeView(), rebind=True)
+    about = ObjectProperty(NoticeView(), rebind=True)  # what is known of it
     saving = BooleanProperty(False)
     kind = ""  # what it is called in the facts
-    at_once = False
+    fields: Collection[str] = ()  # that are refused here
+    at_once: Collection[str] = ()
 
-    def __init__(self, context: PageContext, stored: Any, **kwargs: Any) -> None:
-        self.context = context
-        super().__init__(stored=stored, foot="" if self.at_once and stored is not None else _("Save"), **kwargs)
+    def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
+        self.context, self._first = context, it
+        stored = it if it.id else None
+        foot = "" if self.at_once and stored is not None else _("Save")
+        super().__init__(stored=stored, it=self.shown(it), foot=foot, **kwargs)
+        self.show_facts()
 
     @property
     def stored_id(self) -> int | None:
         return self.stored.id if self.stored is not None else None
 
     # ------------------------------------------------------------------ what each kind does
-    def entered(self) -> Any:
-        """``stored`` with what is entered."""
-        raise NotImplementedError
+    def shown(self, stored: Any) -> Any:
+        """As its fields show it."""
+        return stored
 
-    def says(self, field: str, problem: str) -> bool:
-        """Show the problem at the field, if that is here."""
-        raise NotImplementedError
+    def entered(self) -> Any:
+        """As it is saved."""
+        return self.it
 
     def how(self) -> dict[str, Any]:
         """It is saved: what ``Catalogue.change`` has to know beyond it."""
@@ -97,16 +105,49 @@ class EditSheet(SettingsSheet):
     def was_added(self, saved: Any) -> None:
         """A new one was saved, and the sheet is closed."""
 
-    # ------------------------------------------------------------------ the same for all
+    # ------------------------------------------------------------------ what is entered
+    def enter(self, **values: Any) -> None:
+        """Something is typed."""
+        it = replace(self.it, **values)
+        if it != self.it:
+            self.it = it
+            self.changed(is_name="name" in values)
+
+    def changed(self, *, is_name: bool = False) -> None:
+        """What was refused may be right now: the name, or what belongs together."""
+        self.problems = {name: said for name, said in self.problems.items() if (name == "name") != is_name}
+        self.draft = self.would_be_lost()
+
+    def would_be_lost(self) -> bool:
+        """When the sheet closes."""
+        kept = self.at_once if self.stored is not None else ()
+        return not _differing(self.shown(self.stored or self._first), self.it) <= {*kept}
+
+    def choose(self, **values: Any) -> None:
+        """Something is chosen, or a field was left: what is saved at once is saved."""
+        self.enter(**values)
+        self.keep()
+
+    def show_facts(self) -> None:
+        """What has changed elsewhere is shown where nothing else was entered."""
+        stored = with_id(getattr(self.context.facts, self.kind), self.stored_id)
+        if stored is not None and not self.saving:
+            before, now = self.shown(self.stored), self.shown(stored)
+            changed = {name: getattr(now, name) for name in _differing(before, now) - _differing(before, self.it)}
+            self.stored, self.it = stored, replace(self.it, **changed)
+
+    # ------------------------------------------------------------------ what is pressed
     def on_done(self) -> None:
         self.save()
 
     def on_dots(self, button: Widget) -> None:
         delete_menu(self.context, button, self.remove)
 
+    # ------------------------------------------------------------------ save
     def settled(self) -> Any:
-        """The part of it that is saved at once."""
-        return self.entered()
+        """What is stored, with what is saved at once."""
+        entered = self.entered()
+        return replace(self.stored, **{name: getattr(entered, name) for name in self.at_once})
 
     def keep(self) -> None:
         """Save what was changed of something that is stored, and nothing else of it."""
@@ -145,57 +186,22 @@ class EditSheet(SettingsSheet):
             if kept is not None and self.settled() != kept:  # changed since
                 self.keep()
 
-        context.run(write, done, self.refuse)
+        def not_done(problem: BaseException) -> None:
+            """What is red stays, to be corrected."""
+            self.refuse(problem)
+            if kept is not None:
+                stored, names = self.shown(before), {*self.at_once} - self.problems.keys()
+                self.it = replace(self.it, **{name: getattr(stored, name) for name in names})
+
+        context.run(write, done, not_done)
 
     def refuse(self, problem: BaseException) -> None:
         """Say why, at the field that it is about."""
         self.saving = False
-        if not (isinstance(problem, InvalidInput) and self.says(problem.field, sentence_of(problem))):
+        if isinstance(problem, InvalidInput) and problem.field in self.fields:
+            self.problems[problem.field] = sentence_of(problem)
+        else:
             self.outcome = went_wrong(problem)
-
-
-class PlainSheet(EditSheet):
-    """``it`` is ``stored``, or something new, with what is entered; ``problems`` are by the names of its ``fields``."""
-
-    it = ObjectProperty(rebind=True)
-    problems = DictProperty(rebind=True)
-    fields: Collection[str] = ()  # that are refused here
-
-    def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
-        self._first = it
-        super().__init__(context, it if it.id else None, it=it, **kwargs)
-        self.show_facts()
-
-    def entered(self) -> Any:
-        return self.it
-
-    def says(self, field: str, problem: str) -> bool:
-        if field in self.fields:
-            self.problems[field] = problem
-        return field in self.fields
-
-    def show_facts(self) -> None:
-        """What has changed elsewhere is shown where nothing else was entered."""
-        before = self.stored
-        now = with_id(getattr(self.context.facts, self.kind), self.stored_id)
-        if now is not None and not self.saving:
-            changed = {name: getattr(now, name) for name in _differing(before, now) - _differing(before, self.it)}
-            self.stored, self.it = now, replace(self.it, **changed)
-
-    def enter(self, **values: Any) -> None:
-        """Something is typed. What was refused may be right now: the name, or what belongs together."""
-        it = replace(self.it, **values)
-        if it != self.it:
-            self.it = it
-            self.problems = {
-                name: said for name, said in self.problems.items() if (name == "name") != ("name" in values)
-            }
-            self.draft = it != (self.stored or self._first) and bool(self.foot)
-
-    def choose(self, **values: Any) -> None:
-        """Something is chosen, or a field was left: what is saved at once is saved."""
-        self.enter(**values)
-        self.keep()
 
 
 def _differing(before: Any, after: Any) -> set[str]:

@@ -18,7 +18,6 @@ from app.screens.common.problems import sentence_of
 from app.screens.settings import fleets_view as view
 from app.screens.settings import removals
 from app.screens.settings.check_up import CheckUp, key_of, standing_of
-from app.screens.settings.connection_form import ConnectionForm
 from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
 from app.screens.settings.page import PageContext
@@ -27,27 +26,19 @@ from app.services.catalogue.edit import Removed
 from app.services.robots.fleets import FoundVehicle
 from app.widgets.items import Option
 
-AT_ONCE = ("name", "enabled")
-
-
-class FleetForm(ConnectionForm):
-    kind = StringProperty(FleetKind.CLASSIC)
-    kinds = ListProperty()
-
 
 class FleetSheet(ConnectionSheet):
     """What is stored of its kind stays: a fleet of another kind is another fleet."""
 
     kind = "fleets"
+    at_once = ("name", "enabled")
+    kind_part, known_part = "FleetKinds", "FleetKnown"
     taken = "there is a fleet {name} already"
 
-    def __init__(self, context: PageContext, fleet: Fleet | None = None, **kwargs: Any) -> None:
-        form = FleetForm(advanced=True, kinds=[(str(key), word) for key, word in view.kind_names().items()])
-        if fleet is not None:
-            form.kind = fleet.kind
-        form.has_user = form.kind == FleetKind.CLASSIC
-        part = "" if fleet is not None else "FleetKinds"
-        super().__init__(context, fleet, form, kind_part=part, known_part="FleetKnown", **kwargs)
+    kinds = ListProperty()
+
+    def __init__(self, context: PageContext, fleet: Fleet | None = None) -> None:
+        super().__init__(context, fleet or Fleet("", ""), kinds=list(view.kind_names().items()))
 
     @property
     def wanted(self) -> Mapping[str, str]:
@@ -57,44 +48,27 @@ class FleetSheet(ConnectionSheet):
             "asking": _("Asking the fleet …"),
         }
 
-    def choose_kind(self, kind: str) -> None:
-        form = self.vm
-        form.kind, form.has_user = kind, kind == FleetKind.CLASSIC
-        if not form.has_user:
-            form.username = ""
-        form.password = ""  # a password is no key
+    def on_it(self, *args: Any) -> None:
+        self.has_user = self.it.kind == FleetKind.CLASSIC
+        super().on_it(*args)
+
+    def choose_kind(self, kind: FleetKind) -> None:
+        """A password is no key."""
+        self.password = ""
+        self.enter(kind=kind, username=self.it.username if kind == FleetKind.CLASSIC else "")
 
     def show_facts(self) -> None:
-        form, facts = self.vm, self.context.facts
-        fleet = facts.fleet(self.stored_id)
-        if fleet is not None and not self.saving:
-            form.follow(self.stored, fleet, AT_ONCE)
-            self.stored = fleet
-            form.about = view.fleet_note(facts, fleet, standing_of(self.context, fleet))
         super().show_facts()
+        if self.stored is not None:
+            self.about = view.fleet_note(self.context.facts, self.stored, standing_of(self.context, self.stored))
 
     # ------------------------------------------------------------------ test, save
     def ask(self) -> Callable[[], FleetIdentity]:
-        fleet, password, fleets = self.entered(), self.vm.password or None, self.context.services.fleets
+        fleet, password, fleets = self.entered(), self.password or None, self.context.services.fleets
         return lambda: fleets.test_connection(fleet, password)
 
     def found(self, said: FleetIdentity) -> NoticeView:
         return view.fleet_found(said)
-
-    def entered(self) -> Fleet:
-        fleet = self.stored or Fleet("", "")
-        return replace(fleet, kind=FleetKind(self.vm.kind), **self.entered_connection(fleet))
-
-    def settled(self) -> Fleet:
-        fleet: Fleet = self.stored
-        enabled = self.vm.enabled if not fleet.needs_password else fleet.enabled
-        return replace(fleet, name=self.vm.name.strip(), enabled=enabled)
-
-    def refuse(self, problem: BaseException) -> None:
-        """Show as it is what was not saved."""
-        super().refuse(problem)
-        if self.stored is not None:
-            self.vm.enabled = self.stored.enabled or self.stored.needs_password
 
     def was_added(self, saved: Fleet) -> None:
         """Without its robots it is of no use."""

@@ -11,14 +11,14 @@ from kivy.properties import ListProperty, NumericProperty, StringProperty
 from app.domain.models import Group, InvalidInput
 from app.screens.settings import groups_view as view
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import PlainSheet, ask_and_delete
+from app.screens.settings.edit_sheet import EditSheet, ask_and_delete
 from app.screens.settings.page import PageContext
 from app.services.catalogue import checks, validation
 
 
-class GroupSheet(PlainSheet):
+class GroupSheet(EditSheet):
     kind = "groups"
-    at_once = True
+    at_once = ("name", "members", "hand_over", "keep_free")
     fields = ("name", "members", "keep_free")
 
     rows = ListProperty()  # of robots to tick

@@ -23,7 +23,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.robot_appearance import robot_option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import PlainSheet, ask_and_delete, delete_menu
+from app.screens.settings.edit_sheet import EditSheet, ask_and_delete, delete_menu
 from app.screens.settings.missions_view import (
     Cell,
     Choice,
@@ -287,7 +287,7 @@ class MissionsPage(SettingsPage):
         self.context.run(lambda: self.context.services.catalogue.edit(save_all), saved)
 
 
-class MissionSheet(PlainSheet):
+class MissionSheet(EditSheet):
     """Adds a mission by name and GUID, or edits one."""
 
     kind = "missions"
@@ -295,7 +295,6 @@ class MissionSheet(PlainSheet):
 
     minutes = StringProperty()  # as they are typed; empty: known from its runs only
     robot_name = StringProperty()
-    used = ObjectProperty(NoticeView(), rebind=True)  # what starts it, which robots lack it
     details = BooleanProperty(True)  # the GUID is shown
 
     def __init__(self, context: PageContext, mission: Mission | None = None) -> None:
@@ -305,7 +304,7 @@ class MissionSheet(PlainSheet):
     def show_facts(self) -> None:
         super().show_facts()
         if self.stored is not None:
-            self.used = mission_note(self.context.facts, self.stored)
+            self.about = mission_note(self.context.facts, self.stored)
 
     def on_it(self, *_args: Any) -> None:
         robot = self.context.facts.robot(self.it.robot_id)

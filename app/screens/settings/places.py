@@ -15,7 +15,7 @@ from app.domain.models import Place
 from app.domain.names import LONGEST
 from app.i18n import _
 from app.screens.settings import groups_view as view
-from app.screens.settings.edit_sheet import PlainSheet, delete, delete_menu
+from app.screens.settings.edit_sheet import EditSheet, delete, delete_menu
 from app.screens.settings.page import PageContext
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
@@ -118,11 +118,11 @@ class PlacesPart(EventDispatcher):
         self.show()
 
 
-class PlaceSheet(PlainSheet):
+class PlaceSheet(EditSheet):
     """A place and the missions that use it; how many robots a stored one takes is stepped as in its row, in ``part``."""
 
     kind = "places"
-    at_once = True
+    at_once = ("name", "most", "missions")
     fields = ("name",)
 
     missions = StringProperty()

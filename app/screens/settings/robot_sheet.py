@@ -1,78 +1,181 @@
-"""The sheet that adds or edits a robot that is reached directly. It also asks if another machine answers, or one without
-its serial number; nothing is sent before the user's answer.
+"""The sheet that adds or edits a robot. It also asks if another machine answers, or one without its serial number; nothing
+is sent before the user's answer. One that is reached through a fleet has its address and password from there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
+from kivy.uix.widget import Widget
+
 from app.domain import names
-from app.domain.models import Connection, HandOver, InvalidInput, Robot
+from app.domain.models import Connection, Fleet, InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, SerialNumberHidden
-from app.screens.settings import trust_view
+from app.screens.settings import removals, trust_view, view
 from app.screens.settings.connection_sheet import ConnectionSheet
+from app.screens.settings.edit_sheet import ask_and_delete
+from app.screens.settings.groups_view import hand_over_names
 from app.screens.settings.page import PageContext
-from app.screens.settings.robot_known import KnownRobotSheet, robot_form
-from app.screens.settings.view import NoticeView, asking_robot, connection_found, needs_decision
-from app.services.catalogue import validation
+from app.screens.settings.view import NoticeView
+from app.services.catalogue import group_edit, validation
+from app.services.catalogue.edit import Edit
+from app.widgets.items import Option
 
 
-class RobotSheet(KnownRobotSheet, ConnectionSheet):
-    """Its connection is saved once it has been tested. ``open_check_up(robot)`` shows how its check-up stands."""
+class RobotSheet(ConnectionSheet):
+    """Its name, use and hand-over are saved at once, its connection once it has been tested. ``open_check_up(robot)`` shows
+    how its check-up stands, ``open_fleet(fleet)`` its fleet."""
 
+    kind = "robots"
+    at_once = ("name", "enabled", "hand_over")
+    known_part = "RobotKnown"
     taken = "there is a robot {name} already"
+
+    groups = StringProperty()
+    has_groups = BooleanProperty(False)  # there are some
+    idle = StringProperty()  # empty: it is never idle
+    is_open = BooleanProperty(False)
+    advanced_row = ListProperty()
+    hand_overs = ListProperty()
 
     def __init__(
         self,
         context: PageContext,
         robot: Robot | None = None,
         open_check_up: Callable[[Robot], object] = lambda _robot: None,
-        **kwargs: Any,
+        open_fleet: Callable[[Fleet], object] = lambda _fleet: None,
     ) -> None:
-        self.open_check_up = open_check_up
-        self._new_serial: str | None = None  # of the machine that was accepted as the new robot
-        self._by_address = False  # it was agreed that only the address identifies it
-        form = robot_form(robot)
+        self.open_check_up, self.open_fleet = open_check_up, open_fleet
+        self._agreed_address = ""  # it was agreed that only this address identifies it
+        problems = {}
         if robot is not None and context.facts.snapshot(robot.id).connection is Connection.UNAUTHORIZED:
-            form.password_problem = _("{robot} refuses this user or password").format(robot=robot.name)
-        super().__init__(context, robot, form, known_part="RobotKnown", **kwargs)
+            problems["password"] = _("{robot} refuses this user or password").format(robot=robot.name)
+        self.is_direct = robot is None or robot.fleet is None
+        super().__init__(context, robot or Robot("", ""), problems=problems, hand_overs=list(hand_over_names().items()))
 
     @property
     def wanted(self) -> Mapping[str, str]:
         return {
             "name": _("Give the robot a name"),
             "username": _("Enter the robot's user name"),
-            "asking": asking_robot().text,
+            "asking": _("Asking the robot …"),
         }
 
-    def _edited(self, name: str, *args: Any) -> None:
-        if name == "address":
-            self._new_serial, self._by_address = None, False
-        super()._edited(name, *args)
+    # ------------------------------------------------------------------ what is shown
+    def show_facts(self) -> None:
+        """What is known of the robot now."""
+        super().show_facts()
+        facts, robot = self.context.facts, self.stored
+        if robot is not None:
+            self.about = view.robot_note(facts, robot, self.context.now())
+            self.groups = ", ".join(group.name for group in facts.groups if robot.id in group.members)
+            self.has_groups = bool(facts.groups)
+            self.idle = "" if robot.is_any else view.idle_phrase(facts, robot)
+        self.advanced_row = [view.advanced_item(self.it.hand_over, is_open=self.is_open)]
 
-    def is_as_saved(self) -> bool:
-        return super().is_as_saved() and not self._new_serial
+    def turn_advanced(self) -> None:
+        self.is_open = not self.is_open
+        self.show_facts()
 
-    def needs_decision(self) -> bool:
-        return self.stored is not None and not self._new_serial and needs_decision(self.context.facts, self.stored)
+    # ------------------------------------------------------------------ menu
+    def on_dots(self, button: Widget) -> None:
+        robot, go = self.stored, self.context.shell.go
+        check_up = Option("check up", _("Check up"), "clipboard-check-outline")
+        items = [
+            *([check_up] if robot.fleet is None else []),  # others are checked up with their fleet
+            Option("fetch", _("Fetch missions"), "download-outline", disabled=not robot.enabled),
+            Option("delete", _("Delete"), "delete-outline", tone="fault"),
+        ]
+        acts: dict[str, Callable[[], object]] = {
+            "check up": lambda: self.open_check_up(robot),
+            "fetch": lambda: go("settings", section="missions", fetch_from=robot.id),
+            "delete": self.remove,
+        }
+        self.context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
+
+    def remove(self) -> None:
+        context, robot = self.context, self.stored
+        ask_and_delete(
+            context,
+            robot,
+            lambda: context.services.catalogue.remove_robot(robot.id),
+            removals.robot_question(context.facts, robot),
+        )
+
+    # ------------------------------------------------------------------ groups, idle automation
+    def pick_groups(self) -> None:
+        groups, robot_id = self.context.facts.groups, self.stored.id
+        self.context.shell.dialogs.choose_many(
+            _("Groups"),
+            [Option(group.id, group.name, "account-group-outline") for group in groups],
+            _("Set"),
+            self._join,
+            selected=[group.id for group in groups if robot_id in group.members],
+        )
+
+    def _join(self, chosen: Collection[int]) -> None:
+        """Be a member of these groups only."""
+        context, robot = self.context, self.stored
+        before = {group.id for group in context.facts.groups if robot.id in group.members}
+        turned = before ^ set(chosen)
+
+        def save(joined: Collection[int]) -> None:
+            def work(edit: Edit) -> None:
+                for group_id in turned:
+                    group = edit.the_group(group_id)
+                    members = {*group.members, robot.id} if group_id in joined else {*group.members} - {robot.id}
+                    group_edit.save(edit, replace(group, members=tuple(members)))
+
+            context.services.catalogue.edit(work)
+
+        def saved(_none: object) -> None:
+            context.refresh()
+            text = _("{name} saved").format(name=robot.name)
+            context.shell.offer_undo(text, lambda: save(before), context.refresh, behind="settings", about=self)
+
+        if turned:
+            context.run(lambda: save(chosen), saved)
+
+    def go_idle(self) -> None:
+        self.context.shell.go("settings", section="idle", robot_id=self.stored.id)
 
     # ------------------------------------------------------------------ test
+    def enter(self, **values: Any) -> None:
+        """A machine was accepted for the address where it answered."""
+        if values.get("address", self.it.address) != self.it.address:
+            values["serial_number"] = (self.stored or self._first).serial_number
+        super().enter(**values)
+
+    @property
+    def _is_accepted(self) -> bool:
+        """Another machine, as the new robot."""
+        return self.stored is not None and self.it.serial_number != self.stored.serial_number
+
+    def is_as_saved(self) -> bool:
+        return super().is_as_saved() and not self._is_accepted
+
+    def needs_decision(self) -> bool:
+        return (
+            self.stored is not None and not self._is_accepted and view.needs_decision(self.context.facts, self.stored)
+        )
+
     def ask(self) -> Callable[[], Identity]:
-        robot, password, by_address = self.entered(), self.vm.password or None, self._by_address
-        operator = self.context.services.operator
+        robot, password, operator = self.entered(), self.password or None, self.context.services.operator
+        by_address = self._agreed_address == robot.address
         return lambda: operator.test_connection(robot, password, by_address=by_address)
 
     def found(self, said: Identity) -> NoticeView:
         """A robot without a name gets its own."""
-        form = self.vm
-        shown = connection_found(said, Token.derive(form.username.strip(), form.password).is_published_default)
-        if not form.name.strip() and said.name:
-            form.name = names.cleaned(said.name)
+        entered = self.entered()
+        shown = view.connection_found(said, Token.derive(entered.username, self.password).is_published_default)
+        if not entered.name and said.name:
+            self.enter(name=names.cleaned(said.name))
             if said.name.endswith("…"):  # added by the client where it cuts
                 cut = _("Name cut at {n} characters").format(n=names.LONGEST)
                 shown = replace(shown, note="\n".join(filter(None, (shown.note, cut))))
@@ -91,44 +194,39 @@ class RobotSheet(KnownRobotSheet, ConnectionSheet):
         return True
 
     # ------------------------------------------------------------------ another machine
-    def refused(self, problem: BaseException, then: Callable[[], object]) -> None:
+    def ask_about(self, problem: BaseException) -> None:
         if isinstance(problem, AnotherRobot) and self.stored is not None:
-            self._ask_about_robot(self.stored, problem, then)
+            self._ask_about_robot(self.stored, problem)
         elif isinstance(problem, SerialNumberHidden) and self.stored is not None:
-            self._ask_about_address(self.stored, problem, then)
+            self.ask_to_trust(trust_view.hidden_number(self.stored, problem), self._go_by_address)
+        else:
+            super().ask_about(problem)
 
-    def _ask_about_robot(self, robot: Robot, problem: AnotherRobot, then: Callable[[], object]) -> None:
+    def _ask_about_robot(self, robot: Robot, problem: AnotherRobot) -> None:
+        found = problem.params["found"]
+
         def accepted() -> None:
-            self._new_serial = problem.params["found"]
-            self.test_again(then)
+            self.enter(serial_number=found)
+            self.test_again()
 
-        if not self.is_no_other(problem.params["found"]):
+        if self.is_no_other(found):
+            question = trust_view.another_robot(robot, problem, has_password=bool(self.password))
+            self.ask_to_trust(question, accepted)
+        else:
             self.outcome = NoticeView()
-            return
-        question = trust_view.another_robot(robot, problem, has_password=bool(self.vm.password))
-        self.ask_to_trust(question, accepted)
 
-    def _ask_about_address(self, robot: Robot, problem: SerialNumberHidden, then: Callable[[], object]) -> None:
-        def accepted() -> None:
-            self._by_address = True
-            self.try_it(then)
-
-        self.ask_to_trust(trust_view.hidden_number(robot, problem), accepted)
+    def _go_by_address(self) -> None:
+        self._agreed_address = self.entered().address
+        self.try_it()
 
     # ------------------------------------------------------------------ save
     def how(self) -> dict[str, Any]:
-        return {**super().how(), "is_tested": self.has_answered()}
+        return {**super().how(), "is_tested": self.test_state == "passed"}
 
     def entered(self) -> Robot:
-        robot = self.stored or Robot("", "")
-        entered = replace(
-            robot,
-            **self.entered_connection(robot),
-            serial_number=self._new_serial or robot.serial_number,
-            hand_over=HandOver(self.vm.hand_over),
-        )
+        entered: Robot = super().entered()
         found = self._found
-        if isinstance(found, Identity) and self.has_answered():
+        if self.test_state == "passed" and isinstance(found, Identity):
             entered = replace(
                 entered,
                 serial_number=found.serial_number or entered.serial_number,

@@ -19,7 +19,6 @@ from app.screens.settings.fleets_view import fleet_items
 from app.screens.settings.groups import GroupSheet
 from app.screens.settings.groups_view import group_items
 from app.screens.settings.page import SettingsPage
-from app.screens.settings.robot_known import KnownRobotSheet, VehicleSheet
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.view import NOT_TRUSTED, robot_items
 from app.widgets.items import Option
@@ -50,7 +49,7 @@ class RobotsPage(SettingsPage):
             self.vm.items, self.vm.add_word = group_items(facts, chosen), _("Add group")
             self.vm.nothing = _("No groups yet")
             return
-        chosen = sheet.stored_id if isinstance(sheet, KnownRobotSheet) else None
+        chosen = sheet.stored_id if isinstance(sheet, RobotSheet) else None
         fleet = sheet.stored_id if isinstance(sheet, FleetSheet) else None
         of_robots, of_fleets = (
             {each.id: standing_of(self.context, each) for each in targets} for targets in (facts.robots, facts.fleets)
@@ -108,7 +107,7 @@ class RobotsPage(SettingsPage):
     def find(self) -> None:
         def add(address: str, name: str) -> None:
             sheet = self._open(None)
-            sheet.vm.address, sheet.vm.name = address, name
+            sheet.enter(address=address, name=name)
 
         self.context.shell.sheets.show(FindSheet(self.context, add))
         self.show()
@@ -119,15 +118,10 @@ class RobotsPage(SettingsPage):
         check_up = self.context.check_ups.get(robot.id) or CheckUp(self.context, robot)
         check_up.open(self.context.facts.reports.get(robot.id))
 
-    def _open(self, robot: Robot | None) -> KnownRobotSheet:
-        sheets = self.context.shell.sheets
-        if robot is not None and robot.fleet is not None:
-            vehicle = VehicleSheet(self.context, robot, lambda fleet: self.open(("fleet", fleet.id)))
-            sheets.show(vehicle)
-            return vehicle
-        sheet = RobotSheet(self.context, robot, self._open_check_up)
-        sheets.show(sheet)
-        if robot is not None and self.context.facts.snapshot(robot.id).connection in NOT_TRUSTED:
+    def _open(self, robot: Robot | None) -> RobotSheet:
+        sheet = RobotSheet(self.context, robot, self._open_check_up, lambda fleet: self.open(("fleet", fleet.id)))
+        self.context.shell.sheets.show(sheet)
+        if robot is not None and sheet.is_direct and self.context.facts.snapshot(robot.id).connection in NOT_TRUSTED:
             sheet.test()  # shows what answers, and asks
         return sheet
 

@@ -12,7 +12,7 @@ from app.mir.credentials import Token
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from tests.hostile.capture import Capture, capture
-from tests.ui.integrator import enter, go, item_of, open_row, press, robots
+from tests.ui.integrator import enter, entry, go, item_of, open_row, press, robots
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -60,7 +60,7 @@ def answer(ui, word: str, asked: TrustSheet) -> RobotSheet:
 def test_answering_no_leaves_the_robot_unchanged(site, app, ui, machine, password):
     replaced(site, ui, machine)
     dialog = answer(ui, "Send nothing", question_of_aino(ui))
-    enter(ui, dialog.ids.password_field, password)
+    enter(ui, entry(dialog, "password"), password)
     press(ui, "Test connection", dialog)
     asked = question(ui)
     assert asked.title == QUESTION
@@ -95,8 +95,8 @@ def test_the_answer_holds_only_for_the_address_it_was_about(site, app, ui, machi
     with capture(**machine.hides) as thief:
         dialog = answer(ui, "Send the password", question_of_aino(ui))
         ui.wait(lambda: dialog.outcome.tone == "done")
-        enter(ui, dialog.ids.address_field, thief.url)
-        enter(ui, dialog.ids.password_field, PASSWORD)
+        enter(ui, entry(dialog, "address"), thief.url)
+        enter(ui, entry(dialog, "password"), PASSWORD)
         press(ui, "Test connection", dialog)
         assert question(ui).title == QUESTION
         assert thief.credentials == []

@@ -12,7 +12,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from tests.hostile.capture import Capture, capture
 from tests.ui import checks
-from tests.ui.integrator import enter, fill_in, go, item_of, open_row, press, robots
+from tests.ui.integrator import enter, entry, fill_in, go, item_of, open_row, press, robots
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -71,7 +71,7 @@ def test_the_form_says_beforehand_what_a_new_robot_gets(site, app, ui, password,
     with capture() as machine:
         taken_over(site, ui, machine)
         dialog = refused(ui)
-        enter(ui, dialog.ids.password_field, password)
+        enter(ui, entry(dialog, "password"), password)
         press(ui, "Test connection", dialog)
         ui.wait(lambda: ui.find_all(TrustSheet))
         assert says in ui.find(TrustSheet).question.more
@@ -103,4 +103,4 @@ def test_a_failure_is_in_sight_in_a_low_window(site, app, ui, low):
     press(ui, "Save", dialog)
     ui.wait(lambda: dialog.foot == "Save anyway")
     ui.advance(1)
-    assert is_seen(dialog.ids.password_field)
+    assert is_seen(entry(dialog, "password"))

@@ -11,7 +11,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet, marked
 from app.widgets.buttons import CommandButton
 from tests.hostile.capture import capture
-from tests.ui.integrator import add, enter, fill_in, go, item_of, open_row, page, press, robots, says, titles
+from tests.ui.integrator import add, enter, entry, fill_in, go, item_of, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 
@@ -22,14 +22,14 @@ def refused(site, app, ui) -> RobotSheet:
     add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username="distributr", password=PASSWORD)
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.password_problem)
+    ui.wait(lambda: "password" in dialog.problems)
     return dialog
 
 
 @pytest.mark.parametrize("button", ["Test connection", "Save"])
 def test_a_corrected_user_name_alone_is_tested_again(site, ui, refused, button):
-    enter(ui, refused.ids.username_field, USER)
-    assert (refused.vm.username_problem, refused.vm.password_problem) == ("", "")
+    enter(ui, entry(refused, "username"), USER)
+    assert refused.problems == {}
     press(ui, button, refused)
     ui.wait(lambda: refused.outcome.tone == "done" or robots(site))
 
@@ -45,16 +45,16 @@ def test_a_refusal_leaves_the_buttons_where_they_were(ui, app, site):
     (_test, its_style, its_x), (_save, style, x) = before = buttons()
     assert [text for text, _style, _x in before] == ["Test connection", "Save"]
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.vm.password_problem)
+    ui.wait(lambda: "password" in dialog.problems)
     ui.advance(0.5)
     assert buttons() == [("Test connection", its_style, its_x), ("Save anyway", style, x)]
 
 
 def test_a_second_press_tests_again_as_it_is(ui, refused):
     press(ui, "Test connection", refused)
-    ui.wait(lambda: not refused.vm.testing)
+    ui.wait(lambda: not refused.second_busy)
     assert says(ui, "doesn't accept the user name and password")
-    assert (refused.vm.username_problem, refused.outcome.text) == ("", "")  # one refusal is said once
+    assert ([*refused.problems], refused.outcome.text) == (["password"], "")  # one refusal is said once
 
 
 def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, ui, refused):
@@ -62,7 +62,7 @@ def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, u
     ui.wait(lambda: page(app).context.facts.robots)
     press(ui, "Save anyway", refused)
     assert refused.ids.name_field.problem == "There is a robot Aino already"
-    assert (refused.vm.testing, refused.saving) == (False, False)
+    assert (refused.busy, refused.saving) == (False, False)
     enter(ui, refused.ids.name_field, "Other")
     assert refused.ids.name_field.problem == ""
 
@@ -85,12 +85,12 @@ def test_what_was_changed_elsewhere_in_the_same_moment_stays(site, ui, aino):
 
 
 def test_a_connection_changed_elsewhere_is_shown_and_what_was_entered_is_kept(site, ui, aino):
-    enter(ui, aino.ids.username_field, "someone")
+    enter(ui, entry(aino, "username"), "someone")
     before, url = robots(site)[0], site.fleet.robots[0].url.replace("127.0.0.1", "localhost")
     site.container.catalogue.change(before, replace(before, address=url), password=PASSWORD)
-    ui.wait(lambda: aino.vm.endpoint == (url.removeprefix("http://"), "someone", ""))
-    enter(ui, aino.ids.username_field, before.username)
-    assert (aino.vm.password_hint, aino.draft) == ("unchanged", False)
+    ui.wait(lambda: (aino.it.address, aino.it.username) == (url.removeprefix("http://"), "someone"))
+    enter(ui, entry(aino, "username"), before.username)
+    assert (aino.password_hint, aino.draft) == ("unchanged", False)
     press(ui, "Save", aino)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert (robots(site)[0].address, robots(site)[0].needs_password) == (url, False)
@@ -100,21 +100,21 @@ def aino_at_veikkos_address(site, ui) -> RobotSheet:
     go(ui, "robots")
     ui.wait(lambda: len(titles(ui)) == 2 and all(item_of(ui, name).icon == "wifi" for name in titles(ui)))
     dialog = open_row(ui, "Aino")
-    assert dialog.vm.password_hint == "unchanged"
-    enter(ui, dialog.ids.address_field, site.fleet.robots[1].url)
-    assert dialog.vm.password_hint == "needed for this change"
+    assert dialog.password_hint == "unchanged"
+    enter(ui, entry(dialog, "address"), site.fleet.robots[1].url)
+    assert dialog.password_hint == "needed for this change"
     return dialog
 
 
 def test_a_robot_of_the_plan_is_not_accepted_as_another_one(site, app, ui):
     site.add_robots()
     dialog = aino_at_veikkos_address(site, ui)
-    enter(ui, dialog.ids.password_field, PASSWORD)
+    enter(ui, entry(dialog, "password"), PASSWORD)
     press(ui, "Test connection", dialog)
-    assert dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already"
-    assert (dialog.vm.testing, ui.find_all(TrustSheet)) == (False, [])
-    enter(ui, dialog.ids.address_field, site.fleet.robots[0].url)  # set back: nothing is asked for
-    enter(ui, dialog.ids.password_field, "")
+    assert entry(dialog, "address").problem == "This is the address of Veikko, which is configured already"
+    assert (dialog.second_busy, ui.find_all(TrustSheet)) == (False, [])
+    enter(ui, entry(dialog, "address"), site.fleet.robots[0].url)  # set back: nothing is asked for
+    enter(ui, entry(dialog, "password"), "")
     press(ui, "Test connection", dialog)
     ui.wait(lambda: dialog.outcome.tone == "done")
 
@@ -128,12 +128,12 @@ def test_a_robot_of_the_plan_is_not_added_a_second_time(site, app, ui):
     url = site.fleet.robots[1].url
     dialog = fill_in(ui, name="Third", address=url, username=USER, password=PASSWORD)
     press(ui, "Save", dialog)
-    ui.wait(lambda: dialog.ids.address_field.problem == "This is the address of Veikko, which is configured already")
-    enter(ui, dialog.ids.address_field, url.replace("127.0.0.1", "localhost"))  # the same machine by another address
+    ui.wait(lambda: entry(dialog, "address").problem == "This is the address of Veikko, which is configured already")
+    enter(ui, entry(dialog, "address"), url.replace("127.0.0.1", "localhost"))  # the same machine by another address
     for _press in range(2):
         press(ui, "Save", dialog)
         ui.wait(lambda: not dialog.busy)
-        assert dialog.ids.address_field.problem.startswith(
+        assert entry(dialog, "address").problem.startswith(
             "This is Veikko, which is configured already: serial number "
         )
     assert len(robots(site)) == 2
@@ -146,7 +146,7 @@ def test_a_robot_that_another_person_has_just_added_is_not_added_twice(site, app
     page(app).context.facts = replace(page(app).context.facts, robots=())
     site.add_robots()  # not read by the window yet
     press(ui, "Save", dialog)
-    ui.wait(lambda: "Aino, which is configured already" in dialog.ids.address_field.problem)
+    ui.wait(lambda: "Aino, which is configured already" in entry(dialog, "address").problem)
     assert len(robots(site)) == 2
 
 
@@ -166,7 +166,7 @@ def test_a_name_of_the_robot_that_is_cut_is_said(site, app, ui):
         dialog = fill_in(ui, address=machine.url, username=USER, password=PASSWORD)
         press(ui, "Test connection", dialog)
         ui.wait(lambda: dialog.outcome.tone == "done")
-        assert dialog.vm.name == "R" * 79 + "…"
+        assert dialog.it.name == "R" * 79 + "…"
         assert dialog.outcome.note.endswith("Name cut at 80 characters")
 
 

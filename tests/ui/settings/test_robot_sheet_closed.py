@@ -9,7 +9,7 @@ import pytest
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet
 from app.widgets.buttons import IconButton
-from tests.ui.integrator import add, enter, fill_in, go, item_of, open_row, press, robots, titles, undo
+from tests.ui.integrator import add, enter, entry, fill_in, go, item_of, open_row, press, robots, titles, undo
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long
@@ -29,7 +29,7 @@ def test_cancelling_during_the_connection_test_adds_no_robot(site, app, ui, slow
     add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password=PASSWORD)
     press(ui, "Save", dialog)
-    assert dialog.vm.testing
+    assert dialog.second_busy
     ui.tap(ui.find(IconButton, dialog, icon="close"))
     ui.wait(lambda: app.shell.background.idle)
     assert robots(site) == []
@@ -51,7 +51,7 @@ def test_a_sheet_that_comes_back_after_the_answer_can_be_saved(site, app, ui, mo
     ui.wait(lambda: app.shell.background.idle)
     undo(ui)
     ui.wait(lambda: ui.find_all(RobotSheet))
-    assert (dialog.vm.testing, dialog.saving, dialog.outcome.text) == (False, False, "")
+    assert (dialog.second_busy, dialog.saving, dialog.outcome.text) == (False, False, "")
     ui.advance(0.5)  # until it takes touches
     press(ui, "Save", dialog)
     ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])
@@ -66,11 +66,11 @@ def test_nothing_is_asked_of_a_robot_whose_dialog_is_closed(site, app, ui):
     site.container.catalogue.remove_robot(robots(site)[1].id)
     ui.wait(lambda: len(titles(ui)) == 1)
     dialog = open_row(ui, "Aino")
-    enter(ui, dialog.ids.address_field, veikko.url)
-    enter(ui, dialog.ids.password_field, PASSWORD)
+    enter(ui, entry(dialog, "address"), veikko.url)
+    enter(ui, entry(dialog, "password"), PASSWORD)
     veikko.control({"fault": SLOW})
     press(ui, "Test connection", dialog)
-    assert dialog.vm.testing
+    assert dialog.second_busy
     ui.tap(ui.find(IconButton, dialog, icon="close"))
     ui.wait(lambda: app.shell.background.idle)
     veikko.control({"fault": None})

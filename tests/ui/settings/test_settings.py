@@ -462,7 +462,7 @@ def test_fifty_robots_are_all_there_but_only_the_visible_ones_exist(site, app, u
     rows.scroll_y = 0
     ui.wait(lambda: item_of(ui, "R49"))
     open_row(ui, "R49")
-    assert ui.find(RobotSheet).vm.name == "R49"
+    assert ui.find(RobotSheet).it.name == "R49"
 
 
 def test_closed_dialogs_are_freed(site, app, ui):

@@ -8,7 +8,7 @@ import mir_sim
 from app.domain.models import ANY_VEHICLE, FleetKind
 from app.screens.settings.check_up import CheckUpSheet
 from app.screens.settings.fleet_sheet import FleetRobotsSheet, FleetSheet
-from app.screens.settings.robot_known import VehicleSheet
+from app.screens.settings.robot_sheet import RobotSheet
 from app.widgets.buttons import Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field, PickBox
@@ -16,7 +16,21 @@ from app.widgets.frame import NavItem
 from app.widgets.list_row import ListRow, RowButton
 from app.widgets.sheet import AskSheet
 from tests.ui.home import operator
-from tests.ui.integrator import add, choose, enter, fill_in, go, item_of, open_row, press, robots, row_of, says, undo
+from tests.ui.integrator import (
+    add,
+    choose,
+    enter,
+    entry,
+    fill_in,
+    go,
+    item_of,
+    open_row,
+    press,
+    robots,
+    row_of,
+    says,
+    undo,
+)
 from tests.ui.whole_app import PASSWORD, USER
 
 pytestmark = pytest.mark.long  # the texts and rows: tests/unit/screens/test_settings_fleets_view.py
@@ -72,8 +86,8 @@ def test_a_fleet_is_tested_saved_and_its_robots_are_added(site, ui, added):
     assert row_of_plan(ui, "Any of Hall 2").item.support == "Any robot of the fleet · Hall 2"
     ui.advance(0.5)
     ui.tap(row_of_plan(ui, "Any of Hall 2"))
-    ui.wait(lambda: ui.find_all(VehicleSheet))
-    sheet = ui.find(VehicleSheet)
+    ui.wait(lambda: ui.find_all(RobotSheet))
+    sheet = ui.find(RobotSheet)
     assert not ui.find_all(Field, sheet, label="When idle")  # a fleet is never idle
     ui.tap(ui.find(PickBox, ui.find(Field, sheet, label="Fleet")))
     ui.wait(lambda: ui.find_all(FleetSheet))
@@ -93,11 +107,11 @@ def test_the_api_key_of_a_new_fleet_has_all_of_the_width(site, app, ui):
     sheet = ui.find(FleetSheet)
     sheet.choose_kind(FleetKind.ENTERPRISE)
     ui.advance(0.3)
-    key, address = sheet.ids.password_field, sheet.ids.address_field
+    key, address = entry(sheet, "password"), entry(sheet, "address")
     assert (key.x, key.width) == (address.x, address.width)
     sheet.choose_kind(FleetKind.CLASSIC)
     ui.advance(0.3)
-    assert sheet.ids.username_field.width == key.width < address.width / 2
+    assert entry(sheet, "username").width == key.width < address.width / 2
 
 
 def test_a_wrong_password_is_said_at_its_field(site, app, ui, hall):
@@ -105,15 +119,15 @@ def test_a_wrong_password_is_said_at_its_field(site, app, ui, hall):
     add(ui, "Add fleet")
     sheet = fill_in(ui, name="Hall 2", address=hall.above.url, username=USER, password="wrong")
     press(ui, "Save", sheet)
-    ui.wait(lambda: sheet.vm.password_problem)
+    ui.wait(lambda: "password" in sheet.problems)
     assert fleets(site) == []
     sheet.choose_kind(FleetKind.ENTERPRISE)
     assert ui.find_all(Field, sheet, label="API key")
     press(ui, "Test connection", sheet)
-    assert sheet.vm.password_problem == "Enter the API key"
+    assert sheet.problems.get("password") == "Enter the API key"
     sheet.choose_kind(FleetKind.CLASSIC)
-    enter(ui, sheet.ids.username_field, USER)
-    enter(ui, sheet.ids.password_field, PASSWORD)
+    enter(ui, entry(sheet, "username"), USER)
+    enter(ui, entry(sheet, "password"), PASSWORD)
     press(ui, "Test connection", sheet)
     ui.wait(lambda: sheet.outcome.text == "The fleet answers, with 2 robots")
     assert fleets(site) == []  # a test saves nothing
@@ -125,10 +139,10 @@ def test_a_wrong_api_key_is_said_at_its_field(site, app, ui):
     with mir_sim.serve(robots=1, fleet="enterprise") as served:
         sheet = fill_in(ui, name="Hall 2", address=served.above.url)
         sheet.choose_kind(FleetKind.ENTERPRISE)
-        enter(ui, sheet.ids.password_field, "wrong")
+        enter(ui, entry(sheet, "password"), "wrong")
         press(ui, "Test connection", sheet)
-        ui.wait(lambda: sheet.vm.password_problem)
-    assert sheet.vm.password_problem == "The fleet doesn't accept the API key"
+        ui.wait(lambda: "password" in sheet.problems)
+    assert sheet.problems.get("password") == "The fleet doesn't accept the API key"
 
 
 def test_from_the_fleet_to_the_log(site, app, ui, added):
@@ -136,8 +150,8 @@ def test_from_the_fleet_to_the_log(site, app, ui, added):
     ui.wait(lambda: row_of_plan(ui, "Aino"))
     ui.advance(0.5)
     ui.tap(row_of_plan(ui, "Aino"))
-    ui.wait(lambda: ui.find_all(VehicleSheet))
-    sheet = ui.find(VehicleSheet)
+    ui.wait(lambda: ui.find_all(RobotSheet))
+    sheet = ui.find(RobotSheet)
     assert not [field.label for field in ui.find_all(Field, sheet) if field.label in ("Address", "User", "Password")]
     assert ui.find_all(Toggle, sheet)
     site.add_missions("Home")

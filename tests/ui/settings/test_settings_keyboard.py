@@ -13,7 +13,7 @@ from app.widgets.fields import Field, FieldInput, SearchField
 from app.widgets.keyboard import BoardKey, DockedKeyboard, has_keyboard, lacks_keyboard
 from app.window import application
 from tests.ui import checks
-from tests.ui.integrator import add, go, key, keyboard, open_row, settings, tap_keys, titles
+from tests.ui.integrator import add, entry, go, key, keyboard, open_row, settings, tap_keys, titles
 
 POWER_BUTTON = """I: Bus=0019 Vendor=0000 Product=0001 Version=0000
 N: Name="Power Button"
@@ -51,7 +51,7 @@ def test_a_word_is_typed_on_it_and_the_field_has_it(app, ui):
     tap_keys(ui, "done")
     assert not field.focus
     ui.wait(lambda: not ui.find_all(DockedKeyboard))
-    assert dialog.vm.name == "Äini 2å"
+    assert dialog.it.name == "Äini 2å"
 
 
 def test_number_fields_get_a_number_pad_and_commit_when_done(site, app, ui):
@@ -95,7 +95,7 @@ def test_test_and_save_are_above_it_whatever_is_typed_into(site, app, ui, size):
     Window.size = size
     try:
         for name in ("name", "password"):
-            dialog.ids[f"{name}_field"].focus = True
+            entry(dialog, name).focus = True
             ui.advance(0.5)
             for word in ("Test connection", "Save"):
                 button = ui.find(CommandButton, dialog, text=word)
@@ -110,15 +110,15 @@ def test_from_field_to_field_of_the_robot_dialog_it_stays(app, ui):
     dialog = robot_dialog(ui)
     names = ("name", "address", "username", "password")
     for name in names:
-        ui.tap(ui.find(FieldInput, dialog.ids[f"{name}_field"]))
+        ui.tap(ui.find(FieldInput, entry(dialog, name)))
         tap_keys(ui, name[0])
-        assert dialog.ids[f"{name}_field"].text == name[0]
-    assert [dialog.ids[f"{name}_field"].text for name in names] == ["n", "a", "u", "p"]
+        assert entry(dialog, name).text == name[0]
+    assert [entry(dialog, name).text for name in names] == ["n", "a", "u", "p"]
 
 
 def test_a_field_stays_under_the_finger_that_brings_it_back(app, ui):
     dialog = robot_dialog(ui)
-    address = ui.find(FieldInput, dialog.ids.address_field)
+    address = ui.find(FieldInput, entry(dialog, "address"))
     ui.tap(address)
     keyboard(ui)
     ui.key(97, "a")  # a real keyboard types

@@ -27,6 +27,7 @@ from tests.ui.integrator import (
     add,
     choose,
     enter,
+    entry,
     fill_in,
     go,
     item_of,
@@ -60,7 +61,7 @@ def test_the_first_robot_from_the_empty_home_to_its_panel(site, app, ui):
     assert titles(ui) == ["Aino"]
     assert site.fleet.robots[0].url.removeprefix("http://") in item_of(ui, "Aino").support
     ui.wait(lambda: item_of(ui, "Aino").icon == "wifi")
-    assert "serial" in open_row(ui, "Aino").vm.about.note
+    assert "serial" in open_row(ui, "Aino").about.note
     ui.tap(ui.find(NavItem, name="home"))
     ui.wait(lambda: "Send Aino" in ui.texts())
 
@@ -70,10 +71,10 @@ def test_saving_tests_first_and_says_what_is_wrong(site, app, ui):
     add(ui, "Add robot")
     dialog = fill_in(ui, name="Aino", address=site.fleet.robots[0].url, username=USER, password="wrong")
     press(ui, "Save", dialog)
-    ui.wait(lambda: dialog.vm.password_problem)
+    ui.wait(lambda: "password" in dialog.problems)
     assert says(ui, "doesn't accept the user name and password")
     assert robots(site) == []
-    enter(ui, dialog.ids.password_field, PASSWORD)  # mended: Save saves
+    enter(ui, entry(dialog, "password"), PASSWORD)  # mended: Save saves
     press(ui, "Save", dialog)
     ui.wait(lambda: [robot.name for robot in robots(site)] == ["Aino"])
     assert robots(site)[0].token == Token.derive(USER, PASSWORD).header
@@ -107,13 +108,13 @@ def test_bad_input_is_one_sentence_at_its_field_and_nothing_is_saved(site, app, 
         ("username", "", "Enter the robot's user name"),
         ("password", "", f"Enter the password of {USER}"),
     ):
-        field = dialog.ids[f"{name}_field"]
+        field = entry(dialog, name)
         enter(ui, field, wrong)
         press(ui, "Save", dialog)
         ui.wait(lambda field=field, problem=problem: field.problem.startswith(problem))
         ui.wait(lambda: app.shell.background.idle)
         assert robots(site) == []
-        shown = {other: ui.find(RobotSheet).ids[f"{other}_field"] for other in right}
+        shown = {other: entry(ui.find(RobotSheet), other) for other in right}
         assert {other: seen.text for other, seen in shown.items()} == {
             **right,
             name: wrong,
@@ -158,7 +159,7 @@ def test_editing_keeps_the_password_and_never_shows_it(site, app, ui):
     go(ui, "robots")
     ui.wait(lambda: titles(ui))
     dialog = open_row(ui, "Aino")
-    assert (dialog.ids.password_field.text, dialog.ids.password_field.hint) == ("", "unchanged")
+    assert (entry(dialog, "password").text, entry(dialog, "password").hint) == ("", "unchanged")
     enter(ui, dialog.ids.name_field, "Aino 2")
     dialog.ids.name_field.focus = False
     ui.wait(lambda: {robot.name: robot.token for robot in robots(site)}.get("Aino 2") == token)
@@ -176,8 +177,8 @@ def test_another_user_needs_the_users_own_password(site, app, ui):
     open_row(ui, "Aino")
     dialog = fill_in(ui, username="admin")
     press(ui, "Save", dialog)
-    assert dialog.ids.password_field.problem == "Enter the password of admin"
-    enter(ui, dialog.ids.password_field, "admin")
+    assert entry(dialog, "password").problem == "Enter the password of admin"
+    enter(ui, entry(dialog, "password"), "admin")
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert robots(site)[0].username == "admin"
@@ -200,14 +201,14 @@ def test_another_address_needs_the_password_again(site, app, ui):
     site.add_robots()
     go(ui, "robots")
     dialog = edit_aino(ui)
-    enter(ui, dialog.ids.address_field, site.fleet.robots[0].url.replace("127.0.0.1", "localhost"))
+    enter(ui, entry(dialog, "address"), site.fleet.robots[0].url.replace("127.0.0.1", "localhost"))
     press(ui, "Test connection", dialog)
-    ui.wait(lambda: dialog.ids.password_field.problem.startswith("Enter the password"))
+    ui.wait(lambda: entry(dialog, "password").problem.startswith("Enter the password"))
     press(ui, "Save", dialog)
     ui.wait(lambda: app.shell.background.idle)
     assert ui.find_all(RobotSheet)
     assert "localhost" not in robots(site)[0].address
-    enter(ui, dialog.ids.password_field, PASSWORD)
+    enter(ui, entry(dialog, "password"), PASSWORD)
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert "localhost" in robots(site)[0].address
@@ -228,14 +229,14 @@ def test_another_machine_gets_nothing_until_it_is_accepted_with_its_password(sit
     assert (question.before, question.now) == (before, other)
     assert dialog.outcome.tone == "attention"
     assert robots(site)[0].serial_number == before
-    enter(ui, dialog.ids.username_field, USER)
+    enter(ui, entry(dialog, "username"), USER)
     press(ui, "Save", dialog)
     answer(ui, "This is the new Aino")  # then it is tested and saved
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert (robots(site)[0].serial_number, robots(site)[0].needs_password) == (other, False)
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
-    ui.wait(lambda: "Identified by its serial number" in open_row(ui, "Aino").vm.about.note)
-    assert "Default password of MiR" in ui.find(RobotSheet).vm.about.note
+    ui.wait(lambda: "Identified by its serial number" in open_row(ui, "Aino").about.note)
+    assert "Default password of MiR" in ui.find(RobotSheet).about.note
 
 
 def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
@@ -248,8 +249,8 @@ def test_a_new_robot_at_the_old_address_needs_its_password_too(site, app, ui):
     edit_aino(ui)
     answer(ui, "This is the new Aino")
     dialog = ui.find(RobotSheet)
-    assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
-    enter(ui, dialog.ids.password_field, PASSWORD)
+    assert entry(dialog, "password").problem == f"Enter the password of {USER}"
+    enter(ui, entry(dialog, "password"), PASSWORD)
     press(ui, "Save", dialog)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     ui.wait(lambda: item_of(ui, "Aino").meta == "" and item_of(ui, "Aino").icon == "wifi")
@@ -268,7 +269,7 @@ def test_a_certificate_is_shown_to_compare_and_pinned_when_it_is_trusted(site, a
         assert (question.title, question.before, question.now) == ("Unknown certificate", "", pin.upper())
         ui.wait(lambda: not ui.find_all(RobotSheet))
         assert robots(site)[0].certificate_sha256 == pin
-        ui.wait(lambda: "Identified by its certificate" in open_row(ui, "Safe").vm.about.note)
+        ui.wait(lambda: "Identified by its certificate" in open_row(ui, "Safe").about.note)
 
 
 def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
@@ -281,8 +282,8 @@ def test_another_certificate_is_compared_with_the_pinned_one(site, app, ui):
         edit_aino(ui)
         question, dialog = answer(ui, "Trust it").question, ui.find(RobotSheet)
         assert question.before == pin_of("field_robot.pem").upper()
-        assert dialog.vm.fingerprint == pin_of("plant_robot.pem")
-        assert dialog.ids.password_field.problem == f"Enter the password of {USER}"
+        assert dialog.it.certificate_sha256 == pin_of("plant_robot.pem")
+        assert entry(dialog, "password").problem == f"Enter the password of {USER}"
         assert machine.seen == []
         assert robots(site)[0].certificate_sha256 == pin_of("field_robot.pem")
 
@@ -312,7 +313,7 @@ def test_a_robot_is_switched_off_at_once_and_on_again(site, app, ui):
     ui.wait(lambda: not robots(site)[0].enabled)
     ui.wait(lambda: item_of(ui, "Aino").meta == "Off" and says(ui, "Aino saved"))
     undo(ui)
-    ui.wait(lambda: robots(site)[0].enabled and dialog.vm.enabled)
+    ui.wait(lambda: robots(site)[0].enabled and dialog.it.enabled)
 
 
 def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
@@ -323,7 +324,7 @@ def test_a_certificate_is_asked_for_only_with_https(site, app, ui):
     enter(ui, field, "no fingerprint")
     press(ui, "Save", dialog)
     ui.wait(lambda: field.problem.startswith("A SHA-256 fingerprint"))
-    enter(ui, dialog.ids.address_field, "10.0.0.1")
+    enter(ui, entry(dialog, "address"), "10.0.0.1")
     assert "Certificate fingerprint (SHA-256)" not in ui.texts(dialog)
 
 
@@ -338,7 +339,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     site.container.catalogue.change_idle_rule(aino.id, mission_id=mission.id)
     ui.wait(lambda: page(app).context.facts.robot(aino.id).idle is not None)
     sheet = open_row(ui, "Aino")
-    enter(ui, sheet.ids.password_field, "typed")
+    enter(ui, entry(sheet, "password"), "typed")
     choose(ui, "Delete", sheet)
     question = ui.find(AskSheet)
     assert question.title == "Delete Aino?"
@@ -351,7 +352,7 @@ def test_a_deleted_robot_comes_back_with_its_schedules(site, app, ui):
     press(ui, "Keep", question)
     ui.wait(lambda: app.shell.background.idle)
     assert len(robots(site)) == 2
-    assert ui.find(RobotSheet).vm.password == "typed"
+    assert ui.find(RobotSheet).password == "typed"
     choose(ui, "Delete", sheet)
     press(ui, "Delete", ui.find(AskSheet))
     ui.wait(lambda: len(robots(site)) == 1 and not ui.find_all(RobotSheet))
@@ -370,7 +371,7 @@ def test_a_robot_that_answers_for_the_first_time_shows_who_it_is(site, app, ui):
     ui.wait(lambda: item_of(ui, "New"))
     ui.wait(lambda: item_of(ui, "New").icon == "wifi" and item_of(ui, "New").support.startswith("MiR"))
     sheet = open_row(ui, "New")
-    ui.wait(lambda: "serial" in sheet.vm.about.note)
+    ui.wait(lambda: "serial" in sheet.about.note)
 
 
 def test_a_robot_joins_groups_at_once(site, app, ui):
@@ -382,10 +383,10 @@ def test_a_robot_joins_groups_at_once(site, app, ui):
     ui.wait(lambda: ui.find_all(ChoiceSheet))
     ui.tap(ui.find(OptionRow, title="Hall 1"))
     press(ui, "Set", ui.find(ChoiceSheet))
-    ui.wait(lambda: dialog.vm.groups == "Hall 1")
+    ui.wait(lambda: dialog.groups == "Hall 1")
     assert set(site.container.catalogue.groups()[0].members) == {aino.id, veikko.id}
     undo(ui)
-    ui.wait(lambda: dialog.vm.groups == "")
+    ui.wait(lambda: dialog.groups == "")
 
 
 def test_robots_of_the_network_are_looked_for_when_that_is_pressed(site, app, ui, monkeypatch):
@@ -402,7 +403,7 @@ def test_robots_of_the_network_are_looked_for_when_that_is_pressed(site, app, ui
     assert veikko.title.endswith(asked[1])
     press(ui, "Add", sheet)
     ui.wait(lambda: ui.find_all(RobotSheet))
-    form = ui.find(RobotSheet).vm
+    form = ui.find(RobotSheet).it
     assert (form.address, form.name) == (asked[1], "Veikko")
 
 
@@ -425,11 +426,11 @@ def test_what_is_refused_with_a_taken_name_is_not_shown_as_saved(site, app, ui):
     dialog = edit_aino(ui)
     enter(ui, dialog.ids.name_field, "Veikko")
     dialog.ids.name_field.focus = False
-    ui.wait(lambda: dialog.vm.name_problem == "There is a robot Veikko already")
+    ui.wait(lambda: dialog.problems.get("name") == "There is a robot Veikko already")
     ui.tap(ui.find(Toggle, root=dialog))
     ui.wait(lambda: app.shell.background.idle and not dialog.saving)
-    assert dialog.vm.enabled == robots(site)[0].enabled
-    assert dialog.vm.name_problem
+    assert dialog.it.enabled == robots(site)[0].enabled
+    assert "name" in dialog.problems
 
 
 def test_undo_of_a_name_leaves_a_later_connection_as_it_is(site, app, ui):
@@ -466,14 +467,14 @@ def test_a_robot_is_switched_off_while_its_connection_is_tested(site, app, ui):
     go(ui, "robots")
     dialog = edit_aino(ui)
     site.fleet.robots[0].control({"fault": {"kind": "late", "count": None, "seconds": 2.0}})
-    enter(ui, dialog.ids.password_field, "wrong")
+    enter(ui, entry(dialog, "password"), "wrong")
     press(ui, "Save", dialog)
     ui.tap(ui.find(Toggle, root=dialog))
     ui.wait(lambda: not robots(site)[0].enabled)
-    assert dialog.vm.testing
+    assert dialog.second_busy
     site.fleet.robots[0].control({"fault": None})
-    ui.wait(lambda: not dialog.vm.testing)
-    assert not dialog.vm.enabled
+    ui.wait(lambda: not dialog.second_busy)
+    assert not dialog.it.enabled
 
 
 def test_a_search_that_is_stopped_says_how_many_were_asked(site, app, ui, monkeypatch):
