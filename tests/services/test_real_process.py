@@ -21,7 +21,6 @@ from app.mir.credentials import Token
 from app.services.live.access import Access
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes
-from tests.support.crash_drill import drill
 from tests.support.examples import at_night, first_of_each
 from tests.support.process import (
     PATIENCE,
@@ -66,13 +65,6 @@ def queue_of(robot) -> list[dict]:
 
 def history(data) -> list[dict]:
     return list(csv.DictReader(io.StringIO(answer(data, "--export-log", "-"))))
-
-
-# ---------------------------------------------------------------------- killed
-@pytest.mark.parametrize(("kills", "occurrences"), [(2, 15), pytest.param(6, 45, marks=pytest.mark.long)])
-def test_nothing_is_doubled_or_lost_when_the_app_is_killed_at_random_moments(data, kills, occurrences):
-    verdict = drill(data, seed=1, kills=kills, occurrences=occurrences)
-    assert verdict.is_good, verdict
 
 
 # ---------------------------------------------------------------------- start and stop

@@ -18,12 +18,12 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import mir_sim
-from tests.support.crash_drill import rows_of
 from tests.support.process import (
     ROOT,
     App,
@@ -238,7 +238,9 @@ class Stress:
 
     # ------------------------------------------------------------------ the judgement
     def _rows(self, sql: str) -> list[sqlite3.Row]:
-        return rows_of(self._data, sql)
+        with closing(sqlite3.connect(f"{(self._data / 'amr-scheduler.db').as_uri()}?mode=ro", uri=True)) as c:
+            c.row_factory = sqlite3.Row
+            return c.execute(sql).fetchall()
 
     def _judge(self, fleet: mir_sim.Fleet, first_seen: dict[tuple[str, int], float]) -> None:
         events = [json.loads(line) for line in self._diary.read_text().splitlines()]
