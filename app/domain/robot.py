@@ -90,7 +90,6 @@ class RobotStatus:
     user_prompt: UserPrompt | None = None
     position: Pose | None = None
     map_id: str | None = None
-    linear_velocity: float | None = None  # m/s
     distance_to_next_target: float | None = None  # m
     moved: float | None = None  # m, odometer
     uptime_s: float | None = None

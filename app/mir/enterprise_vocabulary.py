@@ -181,7 +181,6 @@ def status(
         serial_number=parse.text_or_none(identity.get("serial-number")),
         errors=tuple(_problem(entry) for entry in parse.some_objects(robot.get("errors"))),
         user_prompt=prompt,
-        linear_velocity=parse.float_or_none(runtime.get("velocity-linear")),
         moved=parse.not_negative(runtime.get("moved")),
         uptime_s=seconds(runtime.get("uptime")),
         software=clean(identity.get("software-version"), 40) or None,

@@ -192,8 +192,6 @@ def status(
     if not isinstance(value, dict) or not ("state_id" in value or "state_text" in value):
         raise NotAMir(code="no_status")
     state_id = int_or_none(value.get("state_id"))
-    velocity = value.get("velocity")
-    velocity = velocity if isinstance(velocity, dict) else {}
     return RobotStatus(
         state=_robot_state(state_id, clean(value.get("state_text"))),
         state_id=state_id,
@@ -209,7 +207,6 @@ def status(
         user_prompt=user_prompt(value.get("user_prompt")),
         position=_pose(value.get("position")),
         map_id=text_or_none(value.get("map_id")),
-        linear_velocity=float_or_none(velocity.get("linear")),
         distance_to_next_target=not_negative(value.get("distance_to_next_target")),
         moved=not_negative(value.get("moved")),
         uptime_s=not_negative(value.get("uptime")),

@@ -14,7 +14,7 @@ from app.domain.activity import ActivitySpan
 from app.domain.execution import Reason, ReasonCode, State, Trigger
 from app.domain.models import Group, Mission, Robot, Schedule
 from app.services.suggestions.late_schedules import Cause
-from app.services.suggestions.suggestions import Kind, action, promise, sentence
+from app.services.suggestions.suggestions import Kind, action, sentence
 from tests.support.clock import VirtualClock
 from tests.support.edits import switch_robot
 from tests.support.history import add_run
@@ -116,10 +116,10 @@ def test_what_often_came_late_is_said_with_its_cause_and_when_or_where_it_is_fre
         sentence(suggestion)
         == "Kits was late in 20 of its last 20 starts, typically 9 min: Aino was busy with Waste to compactor"
     )
-    assert [(action(change), promise(change)) for change in suggestion.changes] == [
-        ("Move to 07:40", "Aino is free at 07:40"),
-        ("Use Sisu", "Sisu is free at 07:30"),
-        ("Any of Hall 1", "A robot of Hall 1 is free at 07:30"),
+    assert [action(change) for change in suggestion.changes] == [
+        "Move to 07:40",
+        "Use Sisu",
+        "Any of Hall 1",
     ]
     assert container.suggestions.latest is not None
 
@@ -310,10 +310,10 @@ def test_answers_of_long_ago_are_not_kept(container, suggestion, clock):
 def test_a_schedule_several_times_a_day_is_moved_by_minutes_and_one_with_given_hours_not_at_all(container):
     hourly = save_long_ago(container, replace(container.catalogue.schedules()[0], recurrence="FREQ=HOURLY;INTERVAL=24"))
     usually_late(container)
-    assert [(action(change), promise(change)) for change in only(container).changes] == [
-        ("Move 10 min later", "Aino is free 10 min later"),
-        ("Use Sisu", "Sisu is free at these times"),
-        ("Any of Hall 1", "A robot of Hall 1 is free at these times"),
+    assert [action(change) for change in only(container).changes] == [
+        "Move 10 min later",
+        "Use Sisu",
+        "Any of Hall 1",
     ]
     save_long_ago(container, replace(hourly, recurrence="FREQ=DAILY;BYHOUR=7,9"))
     assert Kind.TIME not in dict(kinds(container))

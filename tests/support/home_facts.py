@@ -72,7 +72,6 @@ EXECUTING = RobotStatus(
     battery_percentage=78.0,
     battery_time_remaining_s=15000.0,
     robot_model="MiR250",
-    linear_velocity=0.8,
     distance_to_next_target=12.4,
     moved=671648.0,
     position=Pose(18.0, 12.0, 0.0),
@@ -84,7 +83,6 @@ READY = replace(
     state_id=3,
     mission_text="Waiting for new missions...",
     battery_percentage=64.0,
-    linear_velocity=0.0,
     distance_to_next_target=0.0,
 )
 CHARGING = replace(READY, mission_text="Charging... Waiting for new mission...", battery_percentage=19.0)
@@ -93,7 +91,6 @@ STOPPED = replace(
     state=RobotState.EMERGENCY_STOP,
     mission_text="Cameras are ready to stream",
     battery_percentage=None,
-    linear_velocity=0.0,
 )
 FAILED = replace(
     EXECUTING,

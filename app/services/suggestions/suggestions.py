@@ -241,15 +241,6 @@ _CAUSES: Mapping[Cause, str] = MappingProxyType(
 _FOUND = "{schedule} was late in {late} of its last {starts} starts"
 _TYPICALLY = "{found}, typically {minutes} min"
 _BECAUSE = "{found}: {cause}"
-_FREE: Mapping[str, str] = MappingProxyType(
-    {
-        "at": "{whose} is free at {time}",
-        "later": "{whose} is free {minutes} min later",
-        "earlier": "{whose} is free {minutes} min earlier",
-        "then": "{whose} is free at these times",
-    }
-)
-_ONE_OF = "A robot of {group}"
 _DONE: Mapping[str, str] = MappingProxyType(
     {
         "at": "Move to {time}",
@@ -279,13 +270,6 @@ def because(suggestion: Suggestion, translate: Translate = lambda text: text) ->
     if one.cause not in _CAUSES:
         return ""
     return translate(_CAUSES[one.cause]).format(robot=suggestion.whose, mission=one.mission)
-
-
-def promise(change: Change, translate: Translate = lambda text: text) -> str:
-    """Why it would help: "Aino is free at 14:20"."""
-    whose = change.robot or translate(_ONE_OF).format(group=change.group)
-    key = _moved(change) if change.is_often and change.shift_s else "then" if change.is_often else "at"
-    return translate(_FREE[key]).format(whose=whose, **_times(change, translate))
 
 
 def action(change: Change, translate: Translate = lambda text: text) -> str:

@@ -12,7 +12,7 @@ import pytest
 
 from app.container import Container
 from app.domain.execution import Execution, State, Wait
-from app.domain.robot import QueueState, RobotState
+from app.domain.robot import QueueState
 from app.screens.common.alarm_groups import group_text
 from app.screens.common.robot_appearance import is_old
 from app.screens.common.robot_groups import Group, group_of
@@ -171,8 +171,7 @@ def test_robots_stand_where_robots_can(name):
     assert len(set(places)) == len(places)
 
 
-def test_a_charging_robot_is_at_the_charger_and_a_stopped_one_does_not_move():
+def test_a_charging_robot_is_at_the_charger():
     charger = world.BY_NAME["Charger"].pose
     sisu = sample.FACTS.snapshots[sample.SISU.id].status
     assert (sisu.position.x, sisu.position.y) == (charger.x, charger.y)
-    assert (sample.STOPPED.state, sample.STOPPED.linear_velocity) == (RobotState.EMERGENCY_STOP, 0.0)
