@@ -85,33 +85,18 @@ class Sheets:
         self.over(picker)
         return picker
 
-    def ask(
-        self,
-        title: str,
-        text: str,
-        action: str,
-        done: Callable[[], object],
-        keep: str = "",
-        declined: Callable[[], object] = lambda: None,
-    ) -> Sheet:
-        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk. ``declined``
-        when it is answered so, or goes in another way."""
+    def ask(self, title: str, text: str, action: str, done: Callable[[], object], keep: str = "") -> Sheet:
+        """Ask before what can't be undone: ``action`` is the word that does it. ``keep`` the safe answer, if it is a risk."""
         from app.widgets.sheet import AskSheet
 
         sheet = AskSheet(title=title, text=text, foot=keep or action, second=action if keep else "", closable=not keep)
 
-        def gone(_sheet: Sheet, place: Any) -> None:
-            if place is None:
-                declined()
-
         def agreed(*_args: object) -> None:
-            sheet.unbind(parent=gone)
             self.close(sheet)
             done()
 
         sheet.bind(on_done=(lambda *_args: self.close(sheet)) if keep else agreed, on_other=agreed)
         self.over(sheet)
-        sheet.bind(parent=gone)
         return sheet
 
     def close(self, sheet: Sheet | None) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 from app.domain.check_up import Report
 from app.domain.clock import Clock
@@ -77,6 +78,11 @@ class SettingsFacts:
     @cached_property
     def calendar(self) -> WorkingCalendar:
         return WorkingCalendar(self.settings, self.exceptions)
+
+    def having(self, kind: str, it: Any) -> SettingsFacts:
+        """With the newest of what has its id."""
+        newest: Any = tuple(it if each.id == it.id else each for each in getattr(self, kind))
+        return replace(self, **{kind: newest})
 
     def robot(self, robot_id: int | None) -> Robot | None:
         return with_id(self.robots, robot_id)

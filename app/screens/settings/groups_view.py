@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from app.domain.models import FEWEST_TO_KEEP_FREE, Group, HandOver, Robot
 from app.i18n import _, ngettext
@@ -77,8 +77,8 @@ def most_kept_free(members: int) -> int:
 
 
 # ---------------------------------------------------------------------- places
-def place_items(facts: SettingsFacts, most: Mapping[int, int], chosen: int | None = None) -> list[Item]:
-    """Places with a stepper, ``most`` by their id, then the positions that may become one."""
+def place_items(facts: SettingsFacts, chosen: int | None = None) -> list[Item]:
+    """Places with a stepper, then the positions that may become one."""
     icon = "map-marker-outline"
     places = [
         Item(
@@ -88,8 +88,8 @@ def place_items(facts: SettingsFacts, most: Mapping[int, int], chosen: int | Non
             icon=icon,
             look="chosen" if place.id == chosen else "plain",
             actions=(
-                Action("fewer", icon="minus", style="outlined", off="" if most[place.id] > 1 else _("1 or more")),
-                Action("", str(most[place.id])),
+                Action("fewer", icon="minus", style="outlined", off="" if place.most > 1 else _("1 or more")),
+                Action("", str(place.most)),
                 Action("more", icon="plus", style="outlined"),
                 Action("dots", icon="dots-vertical"),
             ),

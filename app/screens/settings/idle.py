@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -36,21 +37,15 @@ class IdlePage(SettingsPage):
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self._problems: dict[int, str] = {}
-        self._minutes: dict[int, int] = {}  # chosen and not read yet
 
     def show(self) -> None:
         facts, sheet = self.context.facts, self.context.shell.sheets.top
         robot = facts.robot(sheet.robot_id) if isinstance(sheet, IdleSheet) else None
-        read = {robot.id: robot.idle.after_minutes for robot in facts.robots if robot.idle is not None}
-        self._minutes = {key: minutes for key, minutes in self._minutes.items() if read.get(key) != minutes}
-        minutes = {**read, **self._minutes}
-        self.items = idle_items(facts, minutes, self._problems, robot.id if robot else None)
+        self.items = idle_items(facts, self._problems, robot.id if robot else None)
         if robot is not None and sheet is not None:
             sheet.title, sheet.mission, sheet.has_rule = robot.name, idle_mission(facts, robot), robot.idle is not None
-            sheet.minutes, sheet.problem = (
-                minutes.get(robot.id, IdleRule(0).after_minutes),
-                self._problems.get(robot.id, ""),
-            )
+            sheet.minutes = (robot.idle or IdleRule(0)).after_minutes
+            sheet.problem = self._problems.get(robot.id, "")
 
     def reached(self, **intent: Any) -> None:
         self._problems.clear()
@@ -64,9 +59,7 @@ class IdlePage(SettingsPage):
             self.context.shell.sheets.show(IdleSheet(page=self, robot_id=robot.id))
             self.show()
         elif action == "minutes":
-            self._minutes[robot.id] = values[0]
-            self.context.save_at_rest(("idle", robot.id), lambda: self._save(robot))
-            self.show()
+            self._save(robot, after_minutes=values[0])
         elif action == "mission" or (values[0] and robot.idle is None):
             self._choose_mission(robot)  # a rule can't be switched on without a mission
         elif robot.idle is not None and values[0]:
@@ -120,28 +113,21 @@ class IdlePage(SettingsPage):
         )
 
     def _save(self, robot: Robot, **changes: Any) -> None:
-        """Change the stored rule's minutes to the chosen ones: the rule shown may be older. A new mission can be undone."""
+        """Change this of the stored rule, as the one shown may be older. A new mission can be undone."""
         self._problems.pop(robot.id, None)
-        self.context.pass_over(("idle", robot.id))
-        minutes, catalogue, before = self._minutes.get(robot.id), self.context.services.catalogue, robot.idle
-        if minutes is not None:
-            changes["after_minutes"] = minutes
-
+        catalogue, before = self.context.services.catalogue, robot.idle
+        changed = replace(robot, idle=replace(before or IdleRule(0), **changes))
         self.context.change(
             lambda: catalogue.change_idle_rule(robot.id, **changes),
-            lambda problem: self._not_saved(robot, minutes, problem),
+            lambda problem: self._show_problem(robot, sentence_of(problem)),
             undo=(
                 _("{robot}: idle mission changed").format(robot=robot.name),
                 lambda: catalogue.idle_rule_back(robot.id, before, changes),
             )
             if "mission_id" in changes
             else None,
+            shown=lambda facts: facts.having("robots", changed),
         )
-
-    def _not_saved(self, robot: Robot, minutes: int | None, problem: BaseException) -> None:
-        if minutes is not None and self._minutes.get(robot.id) == minutes:
-            del self._minutes[robot.id]
-        self._show_problem(robot, sentence_of(problem))
 
     def _refuse(self, robot: Robot, why: str) -> None:
         """Shown as a message too if the user has moved on."""

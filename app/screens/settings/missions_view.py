@@ -216,15 +216,13 @@ def mission_options(facts: SettingsFacts, robot: Robot) -> list[Option]:
 
 
 # ---------------------------------------------------------------------- idle automation
-def idle_items(
-    facts: SettingsFacts, minutes: Mapping[int, int], problems: Mapping[int, str], chosen: int | None = None
-) -> list[Item]:
-    """A row per robot. ``minutes`` and ``problems`` by robot id: those chosen, and why something was not saved."""
+def idle_items(facts: SettingsFacts, problems: Mapping[int, str], chosen: int | None = None) -> list[Item]:
+    """A row per robot. ``problems`` by robot id: why something was not saved."""
     return [
         Item(
             robot.id,
             robot.name,
-            problems.get(robot.id) or _idle_note(facts, robot, minutes),
+            problems.get(robot.id) or _idle_note(facts, robot),
             support_tone="fault" if problems.get(robot.id) else "",
             icon="robot-outline",
             look="chosen" if robot.id == chosen else "plain",
@@ -240,9 +238,9 @@ def idle_mission(facts: SettingsFacts, robot: Robot) -> str:
     return mission.name if mission is not None else _("Choose a mission")
 
 
-def _idle_note(facts: SettingsFacts, robot: Robot, minutes: Mapping[int, int]) -> str:
+def _idle_note(facts: SettingsFacts, robot: Robot) -> str:
     if robot.idle is None:
         return _("No mission")
     if not robot.enabled:
         return _("The robot is switched off")
-    return _("{mission} · after {n} min").format(mission=idle_mission(facts, robot), n=minutes[robot.id])
+    return _("{mission} · after {n} min").format(mission=idle_mission(facts, robot), n=robot.idle.after_minutes)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Sequence
+from dataclasses import replace
 from datetime import date, datetime
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 from zoneinfo import ZoneInfo
 
-from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, DictProperty, ObjectProperty, StringProperty
 from kivy.uix.boxlayout import BoxLayout
@@ -32,7 +31,6 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 T = TypeVar("T")
 
-RESTS = 2.0  # s without another step, after which a number is saved
 EXPECTED = (InvalidInput, RobotError, DatabaseError)  # each has its sentence; other errors are logged too
 
 
@@ -45,14 +43,6 @@ class _DialogsWhile:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._dialogs, name) if self._is_shown() else lambda *_args, **_named: None
-
-
-@dataclass(eq=False)
-class _Choice:
-    """Settings that were chosen here and have not been read since."""
-
-    settings: Mapping[str, Any]
-    is_written: bool = False
 
 
 class PageContext:
@@ -77,10 +67,7 @@ class PageContext:
         self.is_shown, self.show = is_shown, show
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
         self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
-        self._stored = self.facts.settings
-        self._choices: list[_Choice] = []
-        self._resting: dict[Hashable, Callable[[], object]] = {}  # what saves the numbers that were stepped
-        self._rest = Clock.create_trigger(self._settle, RESTS)
+        self._unwritten: list[Callable[[SettingsFacts], SettingsFacts]] = []  # how each change is shown
         self._pages_left = 0
 
     def now(self) -> datetime:
@@ -114,86 +101,65 @@ class PageContext:
         work: Callable[[], object],
         failed: Callable[[BaseException], object] | None = None,
         undo: tuple[str, Callable[[], object]] | None = None,
-        **settings: Any,
+        shown: Callable[[SettingsFacts], SettingsFacts] = lambda facts: facts,
     ) -> None:
-        """Make a change, then read the facts again. The changed ``settings`` are shown as chosen from now on, and the
-        next choice starts from them. Errors are also shown as a message if the page has been left. ``undo``: what has
-        happened, and how to take it back."""
-        page, choice = self._pages_left, _Choice(settings)
+        """Make a change, then read the facts again. Until it is written they are ``shown(facts)``, and the next choice
+        starts from that. Errors are also shown as a message if the page has been left. ``undo``: what has happened, and
+        how to take it back."""
+        page = self._pages_left
+
+        def ended() -> None:
+            self._unwritten.remove(shown)
+            self.refresh()
 
         def done(_result: object) -> None:
-            choice.is_written = True
-            self.refresh()
+            ended()
             if undo is not None:
                 self.offer_undo(*undo)
 
         def not_done(problem: BaseException) -> None:
-            self._choices.remove(choice)
-            self._show_choices()
+            ended()
             if failed is not None:
                 failed(problem)
             if failed is None or page != self._pages_left:
                 self.shell.say_problem(problem)
 
-        self._choices.append(choice)
+        self._unwritten.append(shown)
+        self.facts = shown(self.facts)
         self.run(work, done, not_done)
-        self._show_choices()
+        self.show()
 
-    def save(self, failed: Callable[[BaseException], object] | None = None, **changes: Any) -> None:
+    def save(
+        self,
+        failed: Callable[[BaseException], object] | None = None,
+        undo: tuple[str, Callable[[], object]] | None = None,
+        **changes: Any,
+    ) -> None:
         """Change settings, at once."""
-        self.change(lambda: self.services.catalogue.change_settings(**changes), failed, **changes)
+        catalogue = self.services.catalogue
+        self.change(
+            lambda: catalogue.change_settings(**changes),
+            failed,
+            undo,
+            lambda facts: replace(facts, settings=replace(facts.settings, **changes)),
+        )
 
     def take(self, facts: SettingsFacts) -> None:
-        """Read after the last change was written; unwritten choices stay."""
-        self._choices = [choice for choice in self._choices if not choice.is_written]
-        self._stored, self.facts = facts.settings, facts
-        self._choose()
+        """They were read; what is not written yet stays as it was chosen."""
+        for shown in self._unwritten:
+            facts = shown(facts)
+        self.facts = facts
 
     def was_saved(self, kind: str, it: Any) -> None:
-        """The newest fact of that name: the next edit starts from it."""
-        newest: Any = tuple(it if each.id == it.id else each for each in getattr(self.facts, kind))
-        self.facts = replace(self.facts, **{kind: newest})
-        self._show_choices()
+        """The next edit starts from it."""
+        self.facts = self.facts.having(kind, it)
+        self.show()
         self.refresh()
-
-    def _choose(self) -> None:
-        chosen = {name: value for choice in self._choices for name, value in choice.settings.items()}
-        self.facts = replace(self.facts, settings=replace(self._stored, **chosen))
-
-    def _show_choices(self) -> None:
-        self._choose()
-        if self.is_shown():
-            self.show()
-
-    def save_at_rest(self, what: Hashable, save: Callable[[], object]) -> None:
-        """Save a number when its steps have ended, or its page is left: intermediate values must have no effect."""
-        self._resting[what] = save
-        if self.is_shown():
-            self._rest.cancel()
-            self._rest()
-        else:
-            self._settle()
-
-    def rests(self, what: Hashable) -> bool:
-        """Whether it was stepped and is not saved yet."""
-        return what in self._resting
-
-    def pass_over(self, what: Hashable) -> None:
-        """Discard the steps made there."""
-        self._resting.pop(what, None)
 
     def page_left(self) -> None:
         """The open page, for another one or for another screen."""
         self.shell.sheets.give_up()
-        self._settle()
         self._pages_left += 1
-
-    def _settle(self, *_args: object) -> None:
-        """Save what was stepped."""
-        self._rest.cancel()
-        resting, self._resting = self._resting, {}
-        for save in resting.values():
-            save()
 
     def offer_undo(self, text: str, undo: Callable[[], object]) -> None:
         """Show ``text`` with Undo, which asks for the PIN like Settings."""
@@ -253,13 +219,8 @@ class ValuesPage(SettingsPage):
     def reached(self, **intent: Any) -> None:
         self.problems = {}
 
-    def step(self, name: str, value: Any) -> None:
-        """Save it when its steps have ended."""
-        self.context.save_at_rest(name, lambda: self.set(name, value))
-
     def set(self, name: str, value: Any) -> None:
         """Save it at once."""
-        self.context.pass_over(name)
         self.problems.pop(name, None)
         self.context.save(lambda problem: self.refuse(name, problem), **{name: value})
 

@@ -43,14 +43,11 @@ class PlacesPart(EventDispatcher):
     def __init__(self, context: PageContext) -> None:
         super().__init__()
         self._context = context
-        self._most: dict[int, int] = {}  # chosen and not read yet
 
     def show(self) -> None:
         facts, sheet = self._context.facts, self._context.shell.sheets.top
-        read = {place.id: place.most for place in facts.places}
-        self._most = {key: most for key, most in self._most.items() if read.get(key) != most}
         chosen = sheet.stored_id if isinstance(sheet, PlaceSheet) else None
-        self.items = view.place_items(facts, {**read, **self._most}, chosen)
+        self.items = view.place_items(facts, chosen)
 
     # ------------------------------------------------------------------ what is pressed
     def act(self, key: int | str, action: str, *values: Any) -> None:
@@ -65,7 +62,7 @@ class PlacesPart(EventDispatcher):
         elif action == "dots":
             delete_menu(self._context, values[0], lambda: remove(self._context, place))
         else:
-            self.step(place.id, max(1, self.most(place) + STEPS[action]))
+            self._step(place, max(1, place.most + STEPS[action]))
 
     def add(self) -> None:
         self._open(Place("", USUAL_MOST))
@@ -77,30 +74,11 @@ class PlacesPart(EventDispatcher):
         )
         self._context.shell.dialogs.explain(button, _("Robots at a time"), words)
 
-    def most(self, place: Place) -> int:
-        """How many robots it takes, with what is not read yet."""
-        return self._most.get(place.id, place.most)
-
-    def step(self, place_id: int, most: int) -> None:
-        self._most[place_id] = most
-        context = self._context
-
-        def refused(problem: BaseException) -> None:
-            self._most.pop(place_id, None)
-            context.show()
-            context.shell.say_problem(problem)
-
-        def save() -> None:
-            if place := context.facts.place(place_id):
-                stepped = replace(place, most=most)
-                context.run(
-                    lambda: context.services.catalogue.change(place, stepped),
-                    lambda saved: context.was_saved("places", saved),
-                    refused,
-                )
-
-        context.save_at_rest(("place", place_id), save)
-        context.show()
+    def _step(self, place: Place, most: int) -> None:
+        stepped, catalogue = replace(place, most=most), self._context.services.catalogue
+        self._context.change(
+            lambda: catalogue.change(place, stepped), shown=lambda facts: facts.having("places", stepped)
+        )
 
     def _answer(self, position: str, action: str) -> None:
         """To what is proposed."""
@@ -114,12 +92,12 @@ class PlacesPart(EventDispatcher):
             self._open(Place(proposed.name[:LONGEST], USUAL_MOST, proposed.missions))
 
     def _open(self, place: Place) -> None:
-        self._context.shell.sheets.show(PlaceSheet(self._context, place, self))
+        self._context.shell.sheets.show(PlaceSheet(self._context, place))
         self.show()
 
 
 class PlaceSheet(EditSheet):
-    """A place and the missions that use it; how many robots a stored one takes is stepped as in its row, in ``part``."""
+    """A place and the missions that use it."""
 
     kind = "places"
     at_once = ("name", "most", "missions")
@@ -128,17 +106,8 @@ class PlaceSheet(EditSheet):
     missions = StringProperty()
     warning = StringProperty()  # that it will be wanted too much
 
-    def __init__(self, context: PageContext, place: Place, part: PlacesPart) -> None:
-        self._part = part
-        super().__init__(context, place)
-
     def remove(self) -> None:
         remove(self.context, self.it)
-
-    def show_facts(self) -> None:
-        super().show_facts()
-        if self.stored is not None:
-            self.it = replace(self.it, most=self._part.most(self.stored))
 
     def on_it(self, *_args: Any) -> None:
         place, facts, plan = self.it, self.context.facts, self.context.services.plan
@@ -151,12 +120,6 @@ class PlaceSheet(EditSheet):
         self.context.run(lambda: plan.place_warning(place), found, lambda _problem: None, key="place warning")
 
     # ------------------------------------------------------------------ what is changed
-    def set_most(self, most: int) -> None:
-        if self.stored is not None:
-            self._part.step(self.stored.id, most)
-        else:
-            self.enter(most=most)
-
     def pick_missions(self) -> None:
         facts = self.context.facts
         options = [

@@ -9,6 +9,7 @@ from kivy.properties import NumericProperty, ObjectProperty, OptionProperty, Str
 from app.domain.clock import zone_names
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.threads import Job
 from app.screens.common.zones import zone_options
 from app.screens.settings.page import ValuesPage
 from app.services.catalogue import fields
@@ -30,23 +31,24 @@ class NumberSetting(Field):
         self.minimum, self.maximum = RANGES[self.setting].low, RANGES[self.setting].high
 
     def on_commit(self, value: int) -> None:
-        self.page.step(self.setting, value)
+        self.page.set(self.setting, value)
 
 
 class SchedulerPage(ValuesPage):
     history_limit = NumericProperty(100_000)
+    _count: Job | None = None  # of what a lower limit would delete
+
+    @property
+    def is_busy(self) -> bool:
+        return self._count is not None and not self._count.finished
 
     def show(self) -> None:
         super().show()
         limit = self.settings.history_limit
-        if limit is not None and not self.context.rests("history_limit"):
+        if limit is not None and not self.is_busy:
             self.history_limit = limit
 
     # ------------------------------------------------------------------ what is changed
-    def step_limit(self, runs: int) -> None:
-        self.history_limit = runs  # its segment too
-        self.context.save_at_rest("history_limit", lambda: self.keep(runs))
-
     def keep_all(self, wanted: bool) -> None:
         if wanted:
             self.set("history_limit", None)
@@ -55,8 +57,7 @@ class SchedulerPage(ValuesPage):
 
     def keep(self, runs: int) -> None:
         """Limit the history; what that would delete is asked first."""
-        self.context.pass_over("history_limit")
-        self.history_limit = runs
+        self.history_limit = runs  # its segment too
 
         def counted(surplus: int) -> None:
             if surplus:
@@ -64,7 +65,8 @@ class SchedulerPage(ValuesPage):
             else:
                 self.set("history_limit", runs)
 
-        self.context.run(lambda: self.context.services.catalogue.runs_beyond(runs), counted, key="history_limit")
+        catalogue = self.context.services.catalogue
+        self._count = self.context.run(lambda: catalogue.runs_beyond(runs), counted, key="history_limit")
 
     def _ask_to_delete(self, surplus: int, limit: int) -> None:
         """If Settings has been left, a message says that nothing was deleted."""
@@ -74,7 +76,6 @@ class SchedulerPage(ValuesPage):
                 "Not changed: {n} runs of the history would be deleted",
                 surplus,
             )
-            self.show()
             self.context.say(said.format(n=formats.count(surplus)), "information-outline")
             return
         self.context.shell.sheets.ask(
@@ -85,7 +86,6 @@ class SchedulerPage(ValuesPage):
             _("Delete"),
             lambda: self.set("history_limit", limit),
             _("Keep"),
-            declined=self.show,
         )
 
     def pick_timezone(self) -> None:
@@ -101,10 +101,9 @@ class SchedulerPage(ValuesPage):
         catalogue, before = self.context.services.catalogue, self.settings.timezone
         if name != before:
             self.problems.pop("timezone", None)
-            self.context.change(
-                lambda: catalogue.change_settings(timezone=name),
+            self.context.save(
                 lambda problem: self.refuse("timezone", problem),
-                undo=(
+                (
                     _("The time zone is {zone}").format(zone=name.replace("_", " ")),
                     lambda: catalogue.change_settings(timezone=before),
                 ),

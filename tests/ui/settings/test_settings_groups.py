@@ -319,7 +319,7 @@ def test_a_place_that_will_be_wanted_too_much_says_so_before_it_is_saved(site, a
     enter(ui, sheet.ids.name_field, "Dock 2")
     sheet.choose(missions=(mission.id,), name="Dock 2")
     ui.wait(lambda: "Dock 2 is in use" in sheet.warning)
-    sheet.set_most(9)
+    sheet.choose(most=9)
     ui.wait(lambda: not sheet.warning)
     assert not places(site)
 

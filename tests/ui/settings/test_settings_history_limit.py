@@ -44,7 +44,7 @@ def test_a_lower_limit_deletes_nothing_before_it_is_confirmed(site, app, ui):
 def test_leaving_before_the_question_says_that_nothing_is_deleted(site, app, ui):
     add_runs(site.container, 3)
     go(ui, "scheduler")
-    ui.find(SchedulerPage).step_limit(2)
+    ui.find(SchedulerPage).keep(2)
     app.shell.go("home")
     ui.wait(lambda: "Not changed: 1 run of the history would be deleted" in app.shell.snackbars.texts)
     assert not ui.find_all(AskSheet)
@@ -100,12 +100,3 @@ def test_a_configuration_that_deletes_runs_says_so_before_it_is_imported(site, a
     press(ui, "Import", ui.find(ImportSheet))
     ui.wait(lambda: page(app).vm.outcome.text == "1 change imported")
     assert settings(site).history_limit == 1
-
-
-def test_the_segment_follows_a_step_before_it_is_saved(site, app, ui):
-    go(ui, "scheduler")
-    ui.wait(lambda: ui.find(Segment, key=100_000).selected)
-    ui.find(SchedulerPage).step_limit(99_900)
-    ui.advance(1.5)  # the facts are shown again, it is not saved yet
-    assert not ui.find(Segment, key=100_000).selected
-    assert settings(site).history_limit == 100_000

@@ -169,6 +169,21 @@ def test_a_star_takes_no_new_name_of_a_mission_back(site, app, ui, hold_readings
     assert site.container.catalogue.missions()[0].name == "Back home"
 
 
+def test_no_step_is_lost_while_earlier_ones_are_still_being_read(site, app, ui, hold_readings):
+    site.container.catalogue.change_settings(minimum_battery_percent=30)
+    go(ui, "constraints")
+    field = ui.find(Field, label="Minimum battery")
+    ui.wait(lambda: is_saved(site, app) and field.value == 30)
+    go_on = hold_readings()
+    for _n in range(3):
+        ui.tap(ui.find(RepeatButton, root=field, icon="minus"))
+    assert field.text == "15"
+    ui.wait(lambda: settings(site).minimum_battery_percent == 15)
+    go_on()
+    ui.wait(lambda: is_saved(site, app))
+    assert field.text == "15"
+
+
 def test_a_typed_number_stays_while_the_earlier_choice_is_still_being_read(site, app, ui, hold_readings):
     site.container.catalogue.change_settings(minimum_battery_percent=30)
     go(ui, "constraints")
@@ -193,7 +208,7 @@ def test_a_value_that_could_not_be_saved_shows_the_stored_one(site, app, ui, mon
     monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
     ui.tap(ui.find(Segment, text="Mon"))
     ui.wait(lambda: says(ui, "The disk is full"))
-    assert ui.find(Segment, text="Mon").selected
+    ui.wait(lambda: ui.find(Segment, text="Mon").selected)
 
 
 def test_an_unwritten_choice_stays_whatever_is_read(site, app, ui, monkeypatch):
@@ -212,4 +227,4 @@ def test_an_unwritten_choice_stays_whatever_is_read(site, app, ui, monkeypatch):
     assert not ui.find(Segment, text="Mon").selected
     go_on.set()
     ui.wait(lambda: says(ui, "The disk is full"))
-    assert ui.find(Segment, text="Mon").selected
+    ui.wait(lambda: ui.find(Segment, text="Mon").selected)

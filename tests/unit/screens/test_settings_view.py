@@ -398,10 +398,10 @@ def test_a_robots_own_mission_hides_the_common_one_of_its_name():
 # ---------------------------------------------------------------------- idle automation
 def test_idle_rows_say_what_will_happen():
     state = facts(robots=(replace(AINO, idle=IdleRule(11, 15)), SISU))
-    [aino, sisu] = missions_view.idle_items(state, {AINO.id: 15}, {})
+    [aino, sisu] = missions_view.idle_items(state, {})
     assert (aino.on, aino.support) == (True, "Charge · after 15 min")
     assert (sisu.on, sisu.support) == (False, "No mission")
-    [aino, _sisu] = missions_view.idle_items(state, {AINO.id: 15}, {AINO.id: "The disk is full"})
+    [aino, _sisu] = missions_view.idle_items(state, {AINO.id: "The disk is full"})
     assert (aino.support, aino.support_tone) == ("The disk is full", "fault")
 
 
