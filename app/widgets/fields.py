@@ -329,7 +329,7 @@ class PickBox(Tap):
 
 
 class RepeatButton(Fires, CommandButton):
-    """Fires ``on_step`` when tapped and, while held, ten times a second."""
+    """Of a number that can't be typed: fires ``on_step`` when tapped and, while held, ten times a second."""
 
     __events__ = ("on_step",)
 

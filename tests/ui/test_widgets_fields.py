@@ -8,7 +8,7 @@ from kivy.uix.widget import Widget
 from kivy.utils import get_hex_from_color
 from kivymd.uix.textfield import MDTextField
 
-from app.widgets.buttons import IconButton
+from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.fields import Field, FieldInput, RepeatButton, SearchField
 from app.widgets.scrolling import ScrollPage
 from app.widgets.text import Ico, Large
@@ -211,7 +211,7 @@ def test_a_typed_number_is_shown_as_it_was_read(ui, value):
 def test_steps_go_to_multiples_and_stop_at_the_ends(ui):
     field = step_field(ui, value=32, minimum=1, maximum=41, step=10)
     values = commits_of(field)
-    minus, plus = ui.find_all(RepeatButton)
+    minus, plus = ui.find_all(CommandButton)
     ui.tap(plus)
     ui.tap(plus)
     assert values == [40, 41]
@@ -222,14 +222,22 @@ def test_steps_go_to_multiples_and_stop_at_the_ends(ui):
     assert minus.disabled
 
 
-def test_holding_a_step_repeats_it(ui):
+def test_a_held_button_of_a_step_is_one_step(ui):
     field = step_field(ui, value=0, maximum=100)
-    lift = ui.press(ui.find_all(RepeatButton)[1])
-    lift(1.05)
-    assert 4 <= field.value <= 8
-    value = field.value
+    values = commits_of(field)
+    ui.press(ui.find_all(CommandButton)[1])(1.05)
     ui.advance(1)
-    assert field.value == value
+    assert values == [1]
+
+
+def test_holding_a_button_that_repeats_repeats_it(ui):
+    steps = []
+    button = ui.show(RepeatButton(icon="plus", on_step=steps.append))
+    ui.press(button)(1.05)
+    assert 4 <= len(steps) <= 8
+    before = len(steps)
+    ui.advance(1)
+    assert len(steps) == before
 
 
 def test_a_typed_number_outside_the_range_is_red_and_not_taken(ui):

@@ -9,7 +9,6 @@ from kivy.core.window import Window
 
 from app.screens.common.overlays import Dialogs
 from app.widgets.buttons import CommandButton
-from app.widgets.fields import RepeatButton
 from app.widgets.month import MonthDay
 from app.widgets.pickers import TimeCell
 from tests.ui.checks import area, parents, visible_area
@@ -26,7 +25,7 @@ def test_a_time_by_single_minutes(ui, dialogs):
     picked: list[time] = []
     dialogs.pick_time("Time", time(6, 30), picked.append)
     ui.tap(ui.find(TimeCell, text="55"))
-    minus, plus = ui.find(RepeatButton, icon="minus"), ui.find(RepeatButton, icon="plus")
+    minus, plus = ui.find(CommandButton, icon="minus"), ui.find(CommandButton, icon="plus")
     for button in (*[plus] * 6, minus):
         ui.tap(button)
     ui.tap(ui.find(CommandButton, text="Set 06:00"))

@@ -209,7 +209,7 @@ def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, c
     settle(screen, ui)
     assert pallets.problem == "It must be 1 to 8"
     pallets.text = "2"
-    ui.tap(ui.find(RepeatButton, pallets, icon="plus"))
+    ui.tap(ui.find(CommandButton, pallets, icon="plus"))
     save(screen, ui)
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"count": 3}
 

@@ -21,7 +21,7 @@ from app.screens.settings.screen import PAGES, SectionList
 from app.services.catalogue import robot_edit
 from app.widgets.buttons import CommandButton, IconButton, Segment, Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.fields import Field, PickBox, RepeatButton, SearchField
+from app.widgets.fields import Field, PickBox, SearchField
 from app.widgets.frame import NavItem
 from app.widgets.long_list import LongList
 from app.widgets.snackbar import Snackbar
@@ -54,7 +54,7 @@ def test_the_minimum_battery_is_0_until_wanted(site, app, ui):
     go(ui, "constraints")
     field = ui.find(Field, label="Minimum battery")
     assert (field.value, section_row(ui, "constraints").item.support) == (0, "Mon–Fri")
-    ui.tap(ui.find(RepeatButton, root=field, icon="plus"))
+    ui.tap(ui.find(CommandButton, root=field, icon="plus"))
     ui.wait(lambda: settings(site).minimum_battery_percent == 5)
     enter(ui, field, "250")
     ui.key(13)
@@ -196,7 +196,7 @@ def test_minutes_that_are_saved_while_a_mission_is_chosen_are_kept(site, app, ui
     site.container.catalogue.change_idle_rule(robot.id, mission_id=home.id, after_minutes=10)
     go(ui, "idle")
     sheet = open_row(ui, "Aino")
-    ui.tap(ui.find(RepeatButton, root=sheet, icon="plus"))
+    ui.tap(ui.find(CommandButton, root=sheet, icon="plus"))
     page(app).act(robot.id, "mission")
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 15)
     ui.wait(lambda: app.shell.background.idle)
@@ -228,7 +228,7 @@ def test_a_step_is_saved_at_once(site, app, ui):
     robot, _other = site.add_robots()
     site.container.catalogue.change_idle_rule(robot.id, mission_id=site.add_missions("Home")[0].id, after_minutes=30)
     go(ui, "idle")
-    ui.tap(ui.find(RepeatButton, root=open_row(ui, "Aino"), icon="minus"))
+    ui.tap(ui.find(CommandButton, root=open_row(ui, "Aino"), icon="minus"))
     ui.wait(lambda: robots(site)[0].idle.after_minutes == 25)
     ui.wait(lambda: row_of(ui, "Aino").item.support == "Home · after 25 min")
 
@@ -454,7 +454,7 @@ def test_a_number_that_could_not_be_saved_when_leaving_its_page_is_reported(site
 
     go(ui, "scheduler")
     monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
-    ui.tap(ui.find(RepeatButton, root=ui.find(Field, label="Ask the robots every"), icon="plus"))
+    ui.tap(ui.find(CommandButton, root=ui.find(Field, label="Ask the robots every"), icon="plus"))
     leave(app, ui)
     has_left.set()
     ui.wait(lambda: app.shell.snackbars.texts == ["The disk is full"])

@@ -12,9 +12,9 @@ from app.screens.settings.groups import GroupSheet
 from app.screens.settings.missions import MissionRow
 from app.screens.settings.places import PlacesBox, PlaceSheet
 from app.services.robots import missions
-from app.widgets.buttons import IconButton, Segment
+from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.fields import Field, RepeatButton
+from app.widgets.fields import Field
 from app.widgets.list_row import ListRow
 from app.widgets.menu import MenuRow
 from app.widgets.sheet import AskSheet
@@ -127,7 +127,7 @@ def test_robots_are_kept_free_from_four_on_and_the_cost_is_said(site, app, ui):
     field = dialog.ids.keep_free
     ui.wait(lambda: not field.disabled)
     reveal(ui, field)
-    ui.tap(ui.find(RepeatButton, field, icon="plus"))
+    ui.tap(ui.find(CommandButton, field, icon="plus"))
     assert "every fifth is not run" in dialog.keep_free_note
     ui.wait(lambda: (len(groups(site)[0].members), groups(site)[0].keep_free) == (4, 1))
 

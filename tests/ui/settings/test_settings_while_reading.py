@@ -13,9 +13,9 @@ from app.mir.errors import TimedOut
 from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
 from app.screens.settings.missions import MissionRow, MissionSheet
-from app.widgets.buttons import Segment, Toggle
+from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.fields import Field, RepeatButton
+from app.widgets.fields import Field
 from tests.ui.integrator import enter, go, is_saved, page, press, robots, row_of, says, settings
 
 pytestmark = pytest.mark.long
@@ -176,7 +176,7 @@ def test_no_step_is_lost_while_earlier_ones_are_still_being_read(site, app, ui, 
     ui.wait(lambda: is_saved(site, app) and field.value == 30)
     go_on = hold_readings()
     for _n in range(3):
-        ui.tap(ui.find(RepeatButton, root=field, icon="minus"))
+        ui.tap(ui.find(CommandButton, root=field, icon="minus"))
     assert field.text == "15"
     ui.wait(lambda: settings(site).minimum_battery_percent == 15)
     go_on()
@@ -190,7 +190,7 @@ def test_a_typed_number_stays_while_the_earlier_choice_is_still_being_read(site,
     field = next(field for field in ui.find_all(Field) if field.kind == "step")
     ui.wait(lambda: is_saved(site, app) and not field.disabled)
     go_on = hold_readings()
-    ui.tap(ui.find(RepeatButton, root=field, icon="minus"))
+    ui.tap(ui.find(CommandButton, root=field, icon="minus"))
     ui.wait(lambda: settings(site).minimum_battery_percent == 25)
     enter(ui, field, "45")
     go_on()
