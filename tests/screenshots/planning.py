@@ -26,7 +26,6 @@ from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts, month
-from tests.support import home_facts as sample
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
@@ -222,8 +221,7 @@ def more(studio: Any) -> Any:
 def parameters(studio: Any) -> Any:
     stand = planning(studio)
     places = (("K1", "Kitting 1"), ("K2", "Kitting 2"))
-    stand.vm.form._robot_answered(
-        stand.vm.form._asked_of,
+    stand.vm.form.parameters._take(
         (
             MissionParameter("place", "Pick-up place", choices=places, default="K1"),
             MissionParameter("count", "Pallets", "integer", 2, 1, 8),
@@ -232,15 +230,14 @@ def parameters(studio: Any) -> Any:
         ),
     )
     stand.settle()
-    stand.vm.form.save({"place": "K1", "count": "2", "charge": "50"})
+    stand.vm.form.save()
     return stand.settle()
 
 
 @picture("scheduler-position", sizes=EVERY_SIZE)
 def position(studio: Any) -> Any:
     stand = planning(studio)
-    stand.vm.form._robot_answered(stand.vm.form._asked_of, POSITION)
-    stand.vm.form.map = sample.FACTS.map
+    stand.vm.form.parameters._take(POSITION)
     return stand.settle()
 
 

@@ -220,15 +220,6 @@ def bring_back(app, ui) -> None:
     settle(app, ui)
 
 
-def press_save(app, container, ui) -> None:
-    """For a new schedule, while the robot is asked for the mission's parameters."""
-    new(app, ui)
-    form = app.plan.form
-    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
-    form.save()
-    assert form.saving
-
-
 @contextmanager
 def larger_controls(app, container, ui) -> Iterator[None]:
     """Build the screen again."""

@@ -113,16 +113,9 @@ class Draft:
         return self.base is not None and replace(Draft.of(self.base, self.name), origin=self.origin) == self
 
     @property
-    def times(self) -> tuple[Any, ...]:
-        """The fields that decide the instants, as far as this kind uses them."""
-        own: dict[Kind, tuple[Any, ...]] = {
-            Kind.WEEKLY: (self.weekdays,),
-            Kind.OTHER: (self.other_rule,),
-            Kind.EVERY: (self.weekdays, self.every, self.unit, self.all_day, None if self.all_day else self.until_time),
-            Kind.MONTHLY: (self.nth, self.month_weekday) if self.by_weekday else (self.month_day,),
-        }
-        last = None if self.kind is Kind.ONCE else self.last_day
-        return self.day, self.at.minute, self.hours, self.timezone, self.kind, last, *own.get(self.kind, ())
+    def ends(self) -> bool:
+        """Whether it has a last day that counts."""
+        return self.last_day is not None and self.kind not in (Kind.ONCE, Kind.OTHER)
 
     @property
     def start(self) -> datetime:
@@ -132,13 +125,22 @@ class Draft:
     @property
     def recurrence(self) -> str | None:
         """The choices as an RFC 5545 RRULE value; None for once. Raises InvalidInput for an impossible rule."""
-        if self.kind is Kind.ONCE:
-            return None
-        if self.kind is Kind.OTHER:
-            return self.other_rule
-        parts = [_FREQUENCIES[self.kind](self)]
-        if self.kind in (Kind.WEEKLY, Kind.EVERY):
-            parts += self._by_day()
+        match self.kind:
+            case Kind.ONCE:
+                return None
+            case Kind.OTHER:
+                return self.other_rule
+            case Kind.EVERY:
+                frequency = "FREQ=HOURLY" if self.unit is Unit.HOURS else "FREQ=MINUTELY"
+                parts = [frequency, *([f"INTERVAL={self.every}"] if self.every > 1 else []), *self._by_day()]
+            case Kind.WEEKLY:
+                parts = ["FREQ=WEEKLY", *self._by_day()]
+            case Kind.MONTHLY if self.by_weekday:
+                parts = [f"FREQ=MONTHLY;BYDAY={self.nth}{self.month_weekday}"]
+            case Kind.MONTHLY:
+                parts = [f"FREQ=MONTHLY;BYMONTHDAY={self.month_day}"]
+            case Kind.DAILY:
+                parts = ["FREQ=DAILY"]
         if len(hours := self.hours) > 1:
             parts += ["BYHOUR=" + ",".join(map(str, hours)), f"BYMINUTE={self.at.minute}"]
         if self.last_day is not None:
@@ -165,14 +167,14 @@ class Draft:
         if self.target is None:
             raise InvalidInput("robot", "Choose a robot")
         base = self.base or Schedule(self.name, self.robot_id, self.mission_id, self.start, self.timezone)
-        origin = self.origin
-        # a rule with the same times keeps its stored form
-        times = origin if origin is not None and self.times == Draft.of(origin).times else self
+        times: Draft | Schedule = self
+        if self.origin is not None and _rule(self) == _rule(Draft.of(self.origin)):
+            times = self.origin  # in the form in which they are stored
         return replace(
             base,
             name=self.name.strip(),
             **{name: getattr(self, name) for name in SAME},
-            **{name: getattr(times, name) for name in ("start", "timezone", "recurrence", "between")},
+            **_rule(times),
         )
 
     def with_day(self, day: date) -> Draft:
@@ -280,22 +282,9 @@ class Draft:
             return []
         return ["BYDAY=" + ",".join(days)]
 
-    def _interval(self) -> str:
-        interval = f";INTERVAL={self.every}" if self.every > 1 else ""
-        return f"FREQ={'HOURLY' if self.unit is Unit.HOURS else 'MINUTELY'}{interval}"
 
-    def _monthly(self) -> str:
-        if self.by_weekday:
-            return f"FREQ=MONTHLY;BYDAY={self.nth}{self.month_weekday}"
-        return f"FREQ=MONTHLY;BYMONTHDAY={self.month_day}"
-
-
-_FREQUENCIES = {
-    Kind.DAILY: lambda draft: "FREQ=DAILY",
-    Kind.WEEKLY: lambda draft: "FREQ=WEEKLY",
-    Kind.EVERY: Draft._interval,
-    Kind.MONTHLY: Draft._monthly,
-}
+def _rule(times: Draft | Schedule) -> dict[str, Any]:
+    return {name: getattr(times, name) for name in ("start", "timezone", "recurrence", "between")}
 
 
 def _read_rule(schedule: Schedule) -> dict[str, Any]:

@@ -37,7 +37,6 @@ UNDER_MORE = ("last_day", "name")
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "until_time", *UNDER_MORE)
 SKIPPED = "skip-next"  # icon of a start that a person skips
 MANY_A_DAY = 100  # starts
-MORE = "more"  # the segment of the kinds that are rarer
 # fields that are stepped through: least, most, step
 STEPS = {
     "minimum_battery_percent": (0, 100, 5),
@@ -56,26 +55,21 @@ class StartRow:
 
 @dataclass(frozen=True)
 class FormView:
-    """What the form shows: the ``draft`` itself, and in words."""
+    """The form's draft in words."""
 
-    draft: Draft | None = None
     title: str = ""
     mission: str = ""
     robot: str = ""
     day: str = ""
     time: str = ""
     until: str = ""
-    kinds: tuple[tuple[str, str], ...] = ()
     repeats: str = ""  # which of the rarer kinds
     days: tuple[tuple[str, str], ...] = ()  # of the week
     every: str = ""
     common_every: tuple[Option, ...] = ()  # numbers that are chosen by one tap
     nth: str = ""
     month_weekday: str = ""
-    has_end: bool = False  # it can have a last day
     last_day: str = ""
-    ends: bool = False  # a last day is set
-    can_also: bool = False
     also: str = ""
     battery: str = ""
     common_battery: tuple[Option, ...] = ()
@@ -105,25 +99,6 @@ class FormView:
         more = len(warnings) - 1
         return ngettext("{warning}, and {n} more", "{warning}, and {n} more", more).format(warning=warnings[0], n=more)
 
-    @property
-    def kind(self) -> str:
-        return self.draft.kind if self.draft else Kind.ONCE
-
-    @property
-    def kind_fields(self) -> str:
-        """The widget with the fields that this kind of recurrence needs besides; empty: none."""
-        by_weekday = self.draft is not None and self.draft.by_weekday
-        return {
-            Kind.WEEKLY: "WeekdaysField",
-            Kind.EVERY: "EveryFields",
-            Kind.MONTHLY: "MonthWeekdayFields" if by_weekday else "MonthDayFields",
-            Kind.OTHER: "OtherFields",
-        }.get(Kind(self.kind), "")
-
-    @property
-    def segment(self) -> str:
-        return self.kind if self.kind in (Kind.ONCE, Kind.DAILY, Kind.WEEKLY) else MORE
-
 
 def called(facts: SchedulerFacts, draft: Draft) -> str:
     """What a message calls it."""
@@ -142,26 +117,21 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
     forecast = None if problem else preview.forecast
     waits = mission is None or target is None  # not begun rather than wrong
     a_day = starts_a_day(draft)
-    has_end, battery = draft.kind not in (Kind.ONCE, Kind.OTHER), number_of(facts, draft, "minimum_battery_percent")
+    battery = number_of(facts, draft, "minimum_battery_percent")
     return FormView(
-        draft,
         title=_("New schedule") if draft.base is None else mission.name if mission else draft.base.name,
         mission=mission.name if mission else _("Choose a mission"),
         robot=of_groups.target_text(target),
         day=dated(draft.day, now.astimezone(ZoneInfo(draft.timezone)).date()),
         time=formats.wall_time(draft.at),
         until=formats.wall_time(draft.until_time),
-        kinds=((Kind.ONCE, _("Once")), (Kind.DAILY, _("Daily")), (Kind.WEEKLY, _("Weekly")), (MORE, _("More"))),
         repeats=repeats_text(repeats_of(draft)),
         days=_days(),
         every=formats.duration(draft.every * UNIT_S[draft.unit]),
         common_every=tuple(Option(n, str(n), selected=n == draft.every) for n in COMMON[draft.unit]),
         nth=nth_text(draft.nth),
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
-        has_end=has_end,
-        last_day=formats.wall_day(draft.last_day, year=True) if has_end and draft.last_day else _("None"),
-        ends=has_end and draft.last_day is not None,
-        can_also=has_end and draft.kind is not Kind.EVERY,
+        last_day=formats.wall_day(draft.last_day, year=True) if draft.ends else _("None"),
         also=", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("None"),
         battery=formats.percent(battery) if battery else _("Any"),
         common_battery=tuple(Option(n, formats.percent(n), selected=n == battery) for n in COMMON_BATTERY),

@@ -293,7 +293,6 @@ class OnTimeline(ViewModel):
         """A new schedule in the form, at the offered time."""
         if self.free is not None:
             (robot_id, hour), self.free, form = self.free, None, self.form
-            form.wait_no_more()
             if not form.is_open or not form.draft.is_new or form.saving or form.draft.group_id is not None:
                 self.begin()
             self.form.aim(robot_id, self._instant(hour))

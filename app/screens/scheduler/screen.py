@@ -92,9 +92,6 @@ class SchedulerViewModel(OnTimeline):
         self.every(REFRESH_SECONDS, self._refresher.request)
         self._refresher.read()
 
-    def closed(self) -> None:
-        self.form.leave()
-
     def _changed(self, event: Changed) -> None:
         """The plan does not depend on robots' frequent reports."""
         if event.topic is not Topic.SNAPSHOT:

@@ -7,6 +7,7 @@ import threading
 import pytest
 
 from app.domain.models import InvalidInput
+from app.screens.common.mission_names import NOTHING_KNOWN
 from tests.support import month
 from tests.support.stored import Stored
 from tests.ui.planner import opened, rebuild_scheduler
@@ -72,9 +73,10 @@ def refused(container, monkeypatch):
 
 
 @pytest.fixture
-def hanging(container, monkeypatch):
-    """The robot answers nothing about missions until this event is set."""
+def hanging(screen, container, monkeypatch):
+    """The robot answers nothing about missions until this event is set, and nothing is known about them."""
     answers = threading.Event()
+    monkeypatch.setattr(screen.shell.mission_names, "known", NOTHING_KNOWN)
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
     yield answers
     answers.set()

@@ -231,20 +231,18 @@ def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen,
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"goal": "g-2"}
 
 
-def test_saving_waits_for_what_the_mission_asks_for(screen, container, ui, monkeypatch):
+def test_save_is_off_until_it_is_known_what_the_mission_asks_for(screen, container, ui, monkeypatch):
     note, asked = MissionParameter("note", "Note", "String"), threading.Event()
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: asked.wait(30) and (note,))
-    before = len(schedules(container))
+    monkeypatch.setattr(screen.shell.mission_names, "known", NOTHING_KNOWN)
     new(screen, ui)
     ui.tap(field(ui, "Mission"))
     ui.tap(ui.find(OptionRow, title="Bring pallet to dock"))
-    ui.wait(lambda: not save_button(ui).disabled)
-    ui.tap(save_button(ui))
+    ui.wait(lambda: "Asking Aino …" in ui.texts())
+    assert save_button(ui).disabled
     asked.set()
-    ui.wait(lambda: "The mission asks for values: enter them, then save" in ui.texts())
-    settle(screen, ui)
-    assert ui.find_all(Field, label="Note")
-    assert len(schedules(container)) == before
+    ui.wait(lambda: ui.find_all(Field, label="Note"))
+    assert not save_button(ui).disabled
 
 
 def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(screen, container, ui, monkeypatch):

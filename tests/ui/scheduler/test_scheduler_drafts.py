@@ -1,4 +1,4 @@
-"""Entries of the form while other things happen: they are being saved, the robot is asked, the schedule is changed or deleted elsewhere."""
+"""Entries of the form while other things happen: they are being saved, the schedule is changed or deleted elsewhere."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from tests.ui.planner import (
     choose,
     leave_entries,
     other,
-    press_save,
     said,
     save,
     save_button,
@@ -89,21 +88,6 @@ def test_another_one_is_saved_while_the_first_is_still_being_written(screen, con
     settle(screen, ui)
     assert (len(schedules(container)), screen.plan.form.is_open) == (before + 1, False)
     assert sorted(said(screen)) == [f"{KITS} on Aino is planned", "Night stock count on Aino is changed"]
-
-
-# ---------------------------------------------------------------------- while Save waits for the robot
-def test_save_waiting_for_the_robot_saves_only_what_it_was_pressed_for(screen, container, ui, hanging):
-    before = {schedule.id: schedule for schedule in schedules(container)}
-    press_save(screen, container, ui)
-    screen.plan.edit(stock(container).id)
-    form = screen.plan.form
-    form.set(priority=3)  # Save was not pressed for this
-    hanging.set()
-    settle(screen, ui)
-    after = {schedule.id: schedule for schedule in schedules(container)}
-    assert len(after) == len(before) + 1
-    assert {number: after[number] for number in before} == before
-    assert (form.editing, form.draft.priority) == (stock(container).id, 3)
 
 
 # ---------------------------------------------------------------------- what is shown of it

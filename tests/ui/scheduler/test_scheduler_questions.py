@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import threading
-
 import pytest
 
 from app.screens.scheduler.cards import FormSheet
@@ -31,19 +29,15 @@ def test_it_closes_when_the_message_above_it_brings_another_draft_back(screen, c
     assert (is_asked(ui), screen.plan.form.draft.priority) == (False, 3)
 
 
-def test_it_closes_when_what_save_has_waited_for_is_saved(screen, container, ui, monkeypatch):
-    answers = threading.Event()
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: answers.wait(30) and ())
+def test_it_closes_when_the_form_below_it_is_saved(screen, container, ui, slow):
     before = len(schedules(container))
-    new(screen, ui)
-    form = screen.plan.form
-    form.set(mission_id=next(mission.id for mission in container.catalogue.missions() if mission.name == KITS))
-    form.save()
+    choose(screen, ui, "Mission", KITS)
+    screen.plan.form.save()
     ui.tap(field(ui, "Robot"))
     assert is_asked(ui)
-    answers.set()
+    slow.set()
     settle(screen, ui)
-    assert (len(schedules(container)), is_asked(ui), form.is_open) == (before + 1, False, False)
+    assert (len(schedules(container)), is_asked(ui), screen.plan.form.is_open) == (before + 1, False, False)
 
 
 def test_the_cross_of_a_question_leads_back_to_the_form(screen, container, ui):

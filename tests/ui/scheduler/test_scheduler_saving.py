@@ -1,4 +1,4 @@
-"""Changes while Save waits for the robot or the schedule is being written."""
+"""Changes while the robot is asked or the schedule is being written."""
 
 from __future__ import annotations
 
@@ -13,9 +13,7 @@ from tests.ui.planner import (
     PALLETS,
     bring_back,
     choose,
-    named,
     new,
-    press_save,
     save,
     save_button,
     schedules,
@@ -27,30 +25,6 @@ from tests.ui.planner import (
 pytestmark = pytest.mark.long
 
 
-def test_changes_while_save_waits_need_another_save(screen, container, ui, hanging):
-    before = len(schedules(container))
-    press_save(screen, container, ui)
-    screen.plan.form.set(priority=3)
-    assert not screen.plan.form.saving
-    ui.advance(4)
-    hanging.set()
-    settle(screen, ui)
-    assert len(schedules(container)) == before
-    save(screen, ui)
-    assert len(schedules(container)) == before + 1
-
-
-def test_a_waiting_schedule_is_saved_before_a_finger_begins_another(screen, container, ui, hanging):
-    before = len(schedules(container))
-    press_save(screen, container, ui)
-    screen.plan.free = named(container, KITS, "Aino").robot_id, 8.0
-    screen.plan.begin_free()
-    hanging.set()
-    settle(screen, ui)
-    assert len(schedules(container)) == before + 1
-    assert (screen.plan.form.draft.is_new, screen.plan.form.draft.mission_id) == (True, None)
-
-
 def test_typed_values_count_although_the_robot_does_not_answer(screen, container, ui, hanging):
     schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
     settle(screen, ui)
@@ -58,8 +32,9 @@ def test_typed_values_count_although_the_robot_does_not_answer(screen, container
     ui.wait(lambda: ui.find(ParameterFields).children)
     ui.find(ParameterFields).children[0].text = "9"
     ui.advance(0.2)
-    screen.plan.form.save(ui.find(ParameterFields).values())
     ui.advance(4)
+    ui.tap(save_button(ui))
+    ui.wait(lambda: not screen.plan.form.is_open)
     hanging.set()
     settle(screen, ui)
     assert stored(container, schedule).parameters == {"count": 9}
@@ -108,7 +83,7 @@ def test_a_press_on_save_counts_while_the_forecast_is_not_there_yet(screen, cont
     monkeypatch.setattr(container.forecasts, "of", lambda *args: go.wait(30) and foresee(*args))
     new(screen, ui)
     screen.plan.form.set(mission_id=next(one.id for one in container.catalogue.missions() if one.name == KITS))
-    ui.advance(0.1)
+    ui.wait(lambda: not save_button(ui).disabled)
     ui.tap(save_button(ui))
     ui.wait(lambda: len(schedules(container)) == before + 1)
     go.set()

@@ -7,7 +7,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.execution import DurationEstimate
-from app.domain.models import InvalidInput, Mission, Overlap
+from app.domain.models import InvalidInput, Mission
 from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import form_view
 from app.screens.scheduler.draft import Draft, Kind, Unit
@@ -55,15 +55,15 @@ def test_an_empty_form_asks_for_a_mission_without_looking_wrong():
 
 
 def test_the_form_shows_what_is_chosen():
-    chosen = shown(draft(kind=Kind.WEEKLY, weekdays=("MO", "WE"), minimum_battery_percent=40.0, overlap=Overlap.QUEUE))
+    chosen = shown(draft(minimum_battery_percent=40.0))
     assert (chosen.mission, chosen.robot, chosen.day, chosen.time) == (
         "Deliver kits",
         "Aino",
         "Mon 23 Nov",
         "06:30",
     )
-    assert (chosen.days[0], chosen.draft.weekdays) == (("MO", "Mo"), ("MO", "WE"))
-    assert (chosen.battery, chosen.window, chosen.draft.overlap, chosen.why) == ("40 %", "15 min", "queue", "")
+    assert chosen.days[0] == ("MO", "Mo")
+    assert (chosen.battery, chosen.window, chosen.why) == ("40 %", "15 min", "")
     assert shown(draft()).battery == "30 %"  # inherited
     assert shown(draft(minimum_battery_percent=0.0)).battery == "Any"
 
