@@ -227,13 +227,11 @@ class Draft:
         cls,
         now: datetime,
         settings: Settings,
+        calendar: WorkingCalendar,
         robot_id: int | None = None,
-        mission_id: int | None = None,
-        calendar: WorkingCalendar | None = None,
     ) -> Draft:
         """An empty form. ``now`` is local: the next full hour, on the next working day."""
         start = (now + timedelta(minutes=65)).replace(minute=0, second=0, microsecond=0, tzinfo=None)
-        calendar = calendar or WorkingCalendar(settings)
         start = next(
             (day for n in range(SOON) if calendar.is_working_day((day := start + timedelta(days=n)).date())), start
         )
@@ -242,7 +240,6 @@ class Draft:
             at=start.time(),
             timezone=settings.timezone,
             robot_id=robot_id,
-            mission_id=mission_id,
             weekdays=tuple(settings.working_days),
             **cls.derived(start.date()),
         )

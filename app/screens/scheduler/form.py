@@ -12,8 +12,9 @@ from kivy.clock import Clock
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty, StringProperty
 
-from app.domain.models import InvalidInput, Overlap, Schedule
+from app.domain.models import WEEKDAYS, InvalidInput, Overlap, Schedule
 from app.i18n import _
+from app.screens.common import formats
 from app.screens.common.missing_mission import fetch_option, or_fetch
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
@@ -24,6 +25,7 @@ from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_notes import Preview
 from app.screens.scheduler.form_parameters import FormParameters
 from app.screens.scheduler.form_view import FormView
+from app.widgets.items import Option
 
 if TYPE_CHECKING:
     from app.screens.scheduler.screen import SchedulerViewModel
@@ -107,10 +109,10 @@ class FormModel(EventDispatcher):
             self._begun, self._proposes = self.draft, False
 
     def _fresh(self) -> Draft:
-        robots = [robot for robot in self._facts.robots if robot.enabled] or list(self._facts.robots)
-        selected = self._facts.settings.selected_robot_id
-        robot_id = selected if any(robot.id == selected for robot in robots) else robots[0].id if robots else None
-        return Draft.new(self._local_now(), self._facts.settings, robot_id, calendar=self._facts.calendar)
+        """For the selected robot, if it is switched on."""
+        facts, selected = self._facts, self._facts.settings.selected_robot_id
+        robots = sorted(facts.robots, key=lambda robot: (not robot.enabled, robot.id != selected))
+        return Draft.new(self._local_now(), facts.settings, facts.calendar, robots[0].id if robots else None)
 
     def _local_now(self) -> datetime:
         return self._services.clock.now().astimezone(ZoneInfo(self._facts.settings.timezone))
@@ -324,7 +326,7 @@ class FormModel(EventDispatcher):
             "mission_id": (_("Mission"), form_view.mission_options(facts, draft.target)),
             "target": (_("Robot"), of_groups.target_options(facts)),
             "nth": (_("Which one of the month"), form_view.nth_options()),
-            "month_weekday": (_("Weekday"), form_view.weekday_options()),
+            "month_weekday": (_("Weekday"), list(map(Option, WEEKDAYS, formats.current().weekdays))),
         }[field]
         self._shell.dialogs.choose(
             title,

@@ -9,7 +9,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from app.domain import rules
-from app.domain.models import WEEKDAYS, InvalidInput, Overlap, Schedule
+from app.domain.models import WEEKDAYS, InvalidInput, Overlap
 from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.holding import HAND, held_word
@@ -232,19 +232,11 @@ def _problem(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetim
         return "day", _("{weekday} is a day off").format(weekday=weekday[:1].upper() + weekday[1:])
     if preview.problem is not None:
         return form_field(preview.problem), sentence_of(preview.problem)
-    if _is_over(draft, schedule, now):
+    is_past = draft.start <= now.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
+    is_new = draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence)
+    if draft.kind is Kind.ONCE and is_past and is_new:  # it would never run, or at once: neither is what a person plans
         return "time", _("This time has passed")
     return "", ""
-
-
-def _is_over(draft: Draft, schedule: Schedule, now: datetime) -> bool:
-    """A one-time start in the past would never run, or at once: neither is what a person plans."""
-    is_past = draft.start <= now.astimezone(ZoneInfo(draft.timezone)).replace(tzinfo=None)
-    return (
-        draft.kind is Kind.ONCE
-        and is_past
-        and (draft.base is None or (schedule.start, schedule.recurrence) != (draft.base.start, draft.base.recurrence))
-    )
 
 
 def form_field(problem: InvalidInput) -> str:
@@ -319,10 +311,6 @@ def nth_options() -> list[Option]:
     return [Option(nth, nth_text(nth)) for nth in (1, 2, 3, 4, 5, LAST)]
 
 
-def weekday_options() -> list[Option]:
-    return [Option(day, name) for day, name in zip(WEEKDAYS, formats.current().weekdays, strict=True)]
-
-
 # ---------------------------------------------------------------------- what would follow
 def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
     """The next starts, and between them the chosen days that are left out."""
@@ -330,8 +318,9 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
         return ()
     marked = {concern.at for concern in forecast.concerns if concern.at is not None}
     rows = []
-    for at in _shown(forecast):
-        text = _day_and_time(at, draft, now)
+    for at in sorted([*(start.instant for start in forecast.starts[:STARTS]), *forecast.skipped]):
+        local, today = (moment.astimezone(ZoneInfo(draft.timezone)) for moment in (at, now))
+        text = f"{dated(local.date(), today.date())} · {formats.wall_time(local)}"
         held = held_word(facts.hold(draft.robot_id, draft.group_id, at), at, draft.start_window_minutes, facts.settings)
         if at in forecast.skipped:
             rows.append((at, StartRow(f"{text} · {_('not run')}", SKIPPED)))
@@ -356,13 +345,3 @@ def _left_out(
         if WEEKDAYS[day.weekday()] in closed:
             at = datetime.combine(day, draft.at, zone).astimezone(UTC)
             yield at, StartRow(f"{dated(day, today)} · {_('day off')}", "calendar-remove")
-
-
-def _shown(forecast: Forecast) -> list[datetime]:
-    """The next starts, and all that are skipped."""
-    return sorted([*(start.instant for start in forecast.starts[:STARTS]), *forecast.skipped])
-
-
-def _day_and_time(at: datetime, draft: Draft, now: datetime) -> str:
-    local, today = (moment.astimezone(ZoneInfo(draft.timezone)) for moment in (at, now))
-    return f"{dated(local.date(), today.date())} · {formats.wall_time(local)}"

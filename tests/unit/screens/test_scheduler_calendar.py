@@ -27,7 +27,7 @@ FACTS = SchedulerFacts(
 
 
 def draft(**values):
-    return replace(Draft.new(NOW, SETTINGS, 1, 1, FACTS.calendar), **values)
+    return replace(Draft.new(NOW, SETTINGS, FACTS.calendar, 1), mission_id=1, **values)
 
 
 def noted(*concerns):
@@ -48,8 +48,8 @@ def test_an_extra_working_day_is_not_hatched():
 
 def test_a_new_schedule_begins_on_a_day_on_which_work_is_done():
     evening = NOW.replace(hour=23)
-    assert Draft.new(evening, SETTINGS).day == FRIDAY
-    assert Draft.new(evening, SETTINGS, calendar=FACTS.calendar).day == SATURDAY
+    assert Draft.new(evening, SETTINGS, WorkingCalendar(SETTINGS)).day == FRIDAY
+    assert Draft.new(evening, SETTINGS, FACTS.calendar).day == SATURDAY
 
 
 def test_a_one_time_start_on_a_closed_day_is_refused_at_the_day_with_its_name():

@@ -146,11 +146,16 @@ def test_editing_keeps_identity_and_a_copy_gets_a_new_one():
 
 def test_a_new_draft_starts_at_the_next_hour_of_a_working_day():
     friday_evening = datetime(2026, 11, 20, 23, 10)
-    fresh = Draft.new(friday_evening, Settings(timezone="Europe/Helsinki"))
+    settings = Settings(timezone="Europe/Helsinki")
+    fresh = Draft.new(friday_evening, settings, WorkingCalendar(settings))
     assert fresh.start == datetime(2026, 11, 23, 0, 0)
     assert fresh.kind is Kind.ONCE
-    assert Draft.new(datetime(2026, 11, 20, 14, 38), Settings()).start == datetime(2026, 11, 20, 15, 0)
-    assert Draft.new(datetime(2026, 11, 20, 14, 58), Settings()).start == datetime(2026, 11, 20, 16, 0)
+    assert Draft.new(datetime(2026, 11, 20, 14, 38), settings, WorkingCalendar(settings)).start == datetime(
+        2026, 11, 20, 15, 0
+    )
+    assert Draft.new(datetime(2026, 11, 20, 14, 58), settings, WorkingCalendar(settings)).start == datetime(
+        2026, 11, 20, 16, 0
+    )
 
 
 def test_the_monthly_choice_follows_the_first_day_until_it_is_chosen():
