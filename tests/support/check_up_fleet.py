@@ -7,19 +7,17 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from app.container import Container
-from app.database.connection import Database
 from app.domain.check_up import Report, Trial
 from app.domain.models import Fleet, FleetKind, Robot
 from app.mir.address import Address
 from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.fleet_connection import FleetConnection
-from app.mir.transport import Pace, Response
+from app.mir.transport import Pace
 from app.services.check_up.fleet_check_ups import FleetCheckUps, FleetClient
 from mir_sim import SimulatedRobot
 from mir_sim.fleets import KINDS, SimulatedFleet, make_fleet
-from tests.support.check_up_site import DATABASE, Killed
+from tests.support.check_up_site import DATABASE, Checked, opened
 from tests.support.clock import VirtualClock
 from tests.support.fleets import KEY
 from tests.support.recorded_robot import START, TOKEN, AskedRobot, Direct
@@ -63,18 +61,10 @@ class AskedFleet(AskedRobot):
         )
 
 
-class CheckedFleet:
-    """``id``: of the fleet in the app."""
-
+class CheckedFleet(Checked):
     def __init__(self, directory: Path, kind: str = "classic", **knobs: Any) -> None:
-        self.asked, self._directory, self.id = AskedFleet(kind, **knobs), directory, 1
-        directory.mkdir(exist_ok=True)
-        (directory / DATABASE).write_bytes(_database(kind))
-        self.open()
-
-    @property
-    def machine(self) -> SimulatedFleet:
-        return self.asked.machine
+        self.asked = AskedFleet(kind, **knobs)
+        super().__init__(directory, _database(kind))
 
     @property
     def check_ups(self) -> FleetCheckUps:
@@ -84,34 +74,8 @@ class CheckedFleet:
     def fleet(self) -> Fleet:
         return self.container.catalogue.fleets()[0]
 
-    def open(self) -> None:
-        """The app is started (again)."""
-        self.container = _container(self._directory, self.asked)
-
     def trial(self, **values: Any) -> Report:
         return self.check_ups.run(self.id, Trial(MISSION, ROBOT), **values)
-
-    def kill_at(self, number: int, *, is_handled: bool) -> None:
-        """The app, at that request from now on, before or after the fleet has handled it, and at every later one."""
-        count = 0
-
-        def die_before(method: str, path: str) -> None:
-            nonlocal count
-            count += 1
-            if count > number or (count == number and not is_handled):
-                raise Killed
-
-        def die_after(method: str, path: str, answer: Response) -> Response:
-            if count == number:
-                raise Killed
-            return answer
-
-        self.asked.before, self.asked.meddle = die_before, die_after
-
-    def start_again(self) -> None:
-        self.asked.behave()
-        self.container.db.close()
-        self.open()
 
     def clean_up(self) -> None:
         """The app runs for some minutes."""
@@ -130,19 +94,12 @@ class CheckedFleet:
         return [item.mission_id for vehicle in self.machine.vehicles for item in vehicle.robot.queue]
 
 
-def _container(directory: Path, asked: AskedFleet) -> Container:
-    db = Database.open(directory / DATABASE, clock=asked.clock, threaded=False, durable=False)
-    container = Container(db, asked.clock, make_client=asked.client)
-    container.first_start()
-    return container
-
-
 @functools.cache
 def _database(kind: str) -> bytes:
     """With that fleet in it. Made once, as that takes as long as a check-up."""
     user, secret = ("distributor", "distributor") if kind == "classic" else ("", "mir_scheduler")
     with tempfile.TemporaryDirectory() as directory:
-        container = _container(Path(directory), AskedFleet(kind, history=0))
+        container = opened(Path(directory), AskedFleet(kind, history=0))
         new = Fleet("Hall", "http://10.0.0.9", FleetKind(kind), user)
         assert container.catalogue.save_fleet(new, password=secret).id == 1
         container.db.close()

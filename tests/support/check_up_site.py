@@ -14,7 +14,7 @@ from app.domain.check_up import LeftBehind, Report, Trial
 from app.domain.models import Robot
 from app.mir.transport import Response
 from app.services.check_up.service import CheckUps
-from mir_sim import Profile, SimulatedRobot
+from mir_sim import Profile
 from tests.support.recorded_robot import ZONE, AskedRobot
 from tests.support.site import Site
 
@@ -26,30 +26,36 @@ class Killed(BaseException):
     """The process ends here: nothing catches it, and nothing that follows has an effect."""
 
 
-class CheckedRobot:
-    """``id``: of the robot in the app."""
+def opened(directory: Path, asked: AskedRobot) -> Container:
+    """The app, started on that directory."""
+    db = Database.open(directory / DATABASE, clock=asked.clock, threaded=False, durable=False)
+    container = Container(db, asked.clock, make_client=asked.client)
+    container.first_start()
+    return container
 
-    def __init__(self, directory: Path, profile: Profile | None = None, *, history: int = 60, **values: Any) -> None:
-        self.asked = AskedRobot(profile, history=history, **values)
-        self._directory, self.id = directory, 1
+
+class Checked:
+    """The app that knows what is asked, a robot or a fleet; it is the first in its ``database``."""
+
+    asked: AskedRobot
+    id = 1
+
+    def __init__(self, directory: Path, database: bytes) -> None:
+        self._directory = directory
         directory.mkdir(exist_ok=True)
-        (directory / DATABASE).write_bytes(_database(self.machine.serial_number))
+        (directory / DATABASE).write_bytes(database)
         self.open()
 
     @property
-    def machine(self) -> SimulatedRobot:
+    def machine(self) -> Any:
         return self.asked.machine
-
-    @property
-    def check_ups(self) -> CheckUps:
-        return self.container.check_ups
 
     def open(self) -> None:
         """The app is started (again)."""
-        self.container = _container(self._directory, self.asked)
+        self.container = opened(self._directory, self.asked)
 
     def kill_at(self, number: int, *, is_handled: bool) -> None:
-        """The app, at that request from now on, before or after the robot has handled it, and at every later one."""
+        """The app, at that request from now on, before or after it was handled, and at every later one."""
         count = 0
 
         def die_before(method: str, path: str) -> None:
@@ -73,6 +79,16 @@ class CheckedRobot:
         self.asked.behave()
         self.container.db.close()
         self.open()
+
+
+class CheckedRobot(Checked):
+    def __init__(self, directory: Path, profile: Profile | None = None, *, history: int = 60, **values: Any) -> None:
+        self.asked = AskedRobot(profile, history=history, **values)
+        super().__init__(directory, _database(self.machine.serial_number))
+
+    @property
+    def check_ups(self) -> CheckUps:
+        return self.container.check_ups
 
     def trial(self, mission: str | None = None, **values: Any) -> Report:
         """Queue missions on it; ``values`` as of ``CheckUps.run``."""
@@ -106,18 +122,11 @@ class CheckedRobot:
         }
 
 
-def _container(directory: Path, asked: AskedRobot) -> Container:
-    db = Database.open(directory / DATABASE, clock=asked.clock, threaded=False, durable=False)
-    container = Container(db, asked.clock, make_client=asked.client)
-    container.first_start()
-    return container
-
-
 @functools.cache
 def _database(serial_number: str) -> bytes:
     """With that robot in it. Made once, as that takes as long as a check-up."""
     with tempfile.TemporaryDirectory() as directory:
-        container = _container(Path(directory), AskedRobot(history=0))
+        container = opened(Path(directory), AskedRobot(history=0))
         container.db.write(lambda c: container.repositories.settings.save(c, timezone=ZONE))
         robot = Robot("Aino", "http://10.0.0.1", "distributor", serial_number=serial_number)
         assert container.catalogue.save_robot(robot, password="distributor").id == 1

@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import pytest
 
 import mir_sim
 from app.container import Container
 from app.domain.execution import State
 from app.domain.models import ANY_VEHICLE, Connection, Fleet, FleetKind, Mission
+from tests.support.process import wait_for
 from tests.unit.sim.asking import GUIDS
 
-BOUND = 60.0
 PASSWORDS = {FleetKind.CLASSIC: "scheduler", FleetKind.ENTERPRISE: "mir_scheduler"}
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    ends = time.monotonic() + BOUND
-    while not condition():
-        assert time.monotonic() < ends
-        time.sleep(0.02)
 
 
 @pytest.fixture
@@ -42,9 +32,9 @@ def test_robots_of_a_fleet_are_found_and_take_missions(app, kind):
         robots = app.fleets.add(fleet.id, [either, others[1]])
         assert [robot.vehicle for robot in robots] == [ANY_VEHICLE, others[1].id]
         mission = app.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
-        wait_until(lambda: all(app.snapshots.get(each.id).connection is Connection.CONNECTED for each in robots))
+        wait_for(lambda: all(app.snapshots.get(each.id).connection is Connection.CONNECTED for each in robots))
         rows = [app.operator.run_now(robot.id, mission.id) for robot in robots]
-        wait_until(lambda: all(state_of(app, row.id) is State.COMPLETED for row in rows))
+        wait_for(lambda: all(state_of(app, row.id) is State.COMPLETED for row in rows))
         first, second = (app.history.get(row.id) for row in rows)
         assert first.taken_by in {vehicle.name for vehicle in others}
         assert (second.taken_by, second.robot) == ("", others[1].name)

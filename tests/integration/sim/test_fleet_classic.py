@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,16 +11,10 @@ import requests
 import mir_sim
 from mir_sim.__main__ import main
 from tests.integration.sim.test_command import started
+from tests.support.process import wait_for
 from tests.unit.sim.asking import GUIDS, HEADERS
 
 BOUND = 60.0
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    ends = time.monotonic() + BOUND
-    while not condition():
-        assert time.monotonic() < ends
-        time.sleep(0.01)
 
 
 def test_an_order_is_run_by_a_robot_that_can_be_reached_at_its_address() -> None:
@@ -37,7 +29,7 @@ def test_an_order_is_run_by_a_robot_that_can_be_reached_at_its_address() -> None
         def order() -> dict[str, object]:
             return requests.get(url, headers=HEADERS, timeout=BOUND).json()  # type: ignore[no-any-return]
 
-        wait_until(lambda: order()["state"] == "Done")
+        wait_for(lambda: order()["state"] == "Done")
         robot = requests.get(f"{base}/robots/{order()['robot_id']}", headers=HEADERS, timeout=BOUND).json()
         queue = requests.get(f"http://{robot['ip']}/api/v2.0.0/mission_queue/1", headers=HEADERS, timeout=BOUND)
         assert queue.json()["fleet_schedule_guid"] == order()["fleet_schedule_guid"]
@@ -55,9 +47,9 @@ def test_a_fleet_that_restarts_refuses_connections_and_its_robots_do_not() -> No
             except requests.ConnectionError:
                 return False
 
-        wait_until(lambda: not is_reached())
+        wait_for(lambda: not is_reached())
         assert requests.get(f"{served.robots[0].url}/api/v2.0.0/status", timeout=BOUND).status_code == 200
-        wait_until(is_reached)
+        wait_for(is_reached)
 
 
 def test_the_command_serves_a_fleet_before_its_robots(tmp_path: Path) -> None:

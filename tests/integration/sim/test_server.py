@@ -7,7 +7,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from email.utils import parsedate_to_datetime
 from typing import Any
@@ -17,9 +17,8 @@ import requests
 
 import mir_sim
 from mir_sim import Fleet, FleetRobot
+from tests.support.process import wait_for
 from tests.unit.sim.asking import GUIDS, HEADERS
-
-BOUND = 60.0  # s; only to end a test that would wait for ever
 
 
 @pytest.fixture
@@ -35,13 +34,6 @@ def aino(fleet: Fleet) -> FleetRobot:
 
 def ask(robot: FleetRobot, method: str, path: str, body: Any = None, timeout: float = 5.0) -> requests.Response:
     return requests.request(method, f"{robot.url}/api/v2.0.0{path}", json=body, headers=HEADERS, timeout=timeout)
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    ends = time.monotonic() + BOUND
-    while not condition():
-        assert time.monotonic() < ends
-        time.sleep(0.005)
 
 
 def raw(robot: FleetRobot, data: bytes) -> bytes:
@@ -62,7 +54,7 @@ def test_robots_have_friendly_names_and_ports_of_their_own(fleet: Fleet) -> None
 
 def test_a_mission_runs_over_http(aino: FleetRobot) -> None:
     number = ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Deliver"], "description": "t"}).json()["id"]
-    wait_until(lambda: ask(aino, "GET", f"/mission_queue/{number}").json()["state"] == "Done")
+    wait_for(lambda: ask(aino, "GET", f"/mission_queue/{number}").json()["state"] == "Done")
 
 
 def test_a_connection_is_kept_and_every_body_is_drained(aino: FleetRobot) -> None:
