@@ -15,9 +15,9 @@ from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.frame import Banner, Frame, NavItem, TopBar
+from app.widgets.menu import MenuRow
 from app.widgets.rest import rest
 from app.widgets.sheet import AskSheet
-from app.widgets.surfaces import Tap
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.alarms.listed import open_list, press, row, silence, tab, wait_for_rows
@@ -77,7 +77,7 @@ def test_nothing_is_clipped_or_too_small(container, app, alarms, ui, gloves):
     ui.tap(ui.find(IconButton, row(ui, "missed"), icon="dots-vertical"))
     top = app.shell.dialogs.top
     assert checks.problems(top) == []
-    ui.tap(next(widget for widget in ui.find_all(Tap, top) if getattr(widget, "text", "") == "Acknowledge with a note"))
+    ui.tap(ui.find(MenuRow, top, text="Acknowledge with a note"))
     assert checks.problems(ui.find(NoteSheet)) == []
 
 
