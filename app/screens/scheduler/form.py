@@ -25,6 +25,7 @@ from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_notes import Preview
 from app.screens.scheduler.form_parameters import FormParameters
 from app.screens.scheduler.form_view import FormView
+from app.services.catalogue.preview import Forecast
 from app.widgets.items import Option
 
 if TYPE_CHECKING:
@@ -172,7 +173,7 @@ class FormModel(EventDispatcher):
             known = self._services.robot_missions.names(schedule.robot_id or 0)
             return Preview(self._services.forecasts.of(schedule, known, until))
         except InvalidInput as problem:
-            return Preview(problem=problem)
+            return Preview(Forecast(), problem)
 
     def _take_preview(self, draft: Draft, preview: Preview) -> None:
         if replace(draft, entered=self.draft.entered) == self.draft:

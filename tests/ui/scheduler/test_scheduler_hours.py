@@ -246,6 +246,16 @@ def test_the_plan_jumps_to_the_draft_and_shows_it_dashed(screen, container, ui):
     assert "draft" not in {bar.state for lane in timeline.lanes for bar in lane.bars}
 
 
+def test_a_draft_that_is_refused_is_not_in_the_plan(screen, container, ui):
+    choose(screen, ui, "Mission", KITS)
+    found = []
+    for day in (date(2026, 11, 27), date(2026, 11, 28)):  # a Friday, a Saturday
+        screen.plan.form.set(day=day, at=time(6, 30))
+        settle(screen, ui)
+        found.append(any(bar.state == "draft" for lane in ui.find(Lanes).lanes for bar in lane.bars))
+    assert found == [True, False]
+
+
 def test_the_form_counts_the_overlaps_that_the_plan_shows(screen, container, ui):
     choose(screen, ui, "Mission", KITS)
     screen.plan.form.set(kind=Kind.EVERY, every=30, day=date(2026, 11, 23), at=time(6, 0), until_time=time(18))
