@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from app.domain.models import HandOver
+from app.domain.models import HandOver, Robot
 from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet, marked
-from app.widgets.buttons import CommandButton
+from app.widgets.buttons import CommandButton, Toggle
 from tests.hostile.capture import capture
 from tests.ui.integrator import add, enter, entry, fill_in, go, item_of, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import PASSWORD, USER
@@ -94,6 +94,21 @@ def test_a_connection_changed_elsewhere_is_shown_and_what_was_entered_is_kept(si
     press(ui, "Save", aino)
     ui.wait(lambda: not ui.find_all(RobotSheet))
     assert (robots(site)[0].address, robots(site)[0].needs_password) == (url, False)
+
+
+def test_a_robot_without_its_password_is_saved_switched_off(site, app, ui):
+    site.container.catalogue.save_robot(Robot("Late", "10.0.0.9", USER))
+    go(ui, "robots")
+    dialog = open_row(ui, "Late")
+    assert (dialog.password_hint, dialog.it.enabled) == ("needed to switch it on", True)
+    enter(ui, entry(dialog, "address"), "10.0.0.8")
+    press(ui, "Save", dialog)
+    assert entry(dialog, "password").problem == f"Enter the password of {USER}"
+    ui.tap(ui.find(Toggle, root=dialog))
+    press(ui, "Save", dialog)
+    ui.wait(lambda: not ui.find_all(RobotSheet))
+    (robot,) = robots(site)
+    assert (robot.address, robot.enabled, robot.needs_password) == ("http://10.0.0.8", False, True)
 
 
 def aino_at_veikkos_address(site, ui) -> RobotSheet:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import datetime
 
+from app.database.errors import DatabaseUnavailable
 from app.database.missions import StopRepository
 from app.domain.models import Group, HandOver, Place, Robot, Schedule
 from app.domain.robot import Stop
@@ -162,6 +163,21 @@ def test_a_group_is_changed_at_once_and_changed_back(site, app, ui):
         tick_robot(ui, dialog, name)
     ui.wait(lambda: dialog.problems.get("members") == "Choose the robots of the group")
     assert len(groups(site)[0].members) == 1
+
+
+def test_what_a_group_could_not_save_is_not_shown_as_saved(site, app, ui, monkeypatch):
+    def refuse(*_args):
+        raise DatabaseUnavailable("The disk is full")
+
+    site.add_robots()
+    save_group(site)
+    go(ui, "robots")
+    turn_to(ui, "Groups")
+    dialog = open_row(ui, "Hall 1")
+    monkeypatch.setattr(site.container.catalogue, "change", refuse)
+    dialog.choose(hand_over=HandOver.AT_ONCE)
+    ui.wait(lambda: dialog.outcome.text.startswith("The disk is full"))
+    assert dialog.it == groups(site)[0]
 
 
 def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):
