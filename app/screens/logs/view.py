@@ -260,8 +260,9 @@ def listed(
     for day, of_day in groupby(pairs, lambda pair: pair[0].planned_at.astimezone(zone).date()):
         found.append(Item(f"day {day}", day_word(day, today), look="head", opens=False))
         for run, number in of_day:
-            item, like = row(run, now, zone, expected.get(run.id), mission_names), like_of(run, zone)
-            found.append(several(item, like, number) if number > 1 and like else item)
+            item = row(run, now, zone, expected.get(run.id), mission_names)
+            like = like_of(run, zone) if number > 1 else None
+            found.append(several(item, like, number) if like else item)
     return found
 
 
