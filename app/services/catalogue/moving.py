@@ -15,7 +15,7 @@ from app.domain.clock import MOMENT
 from app.domain.models import InvalidInput, Schedule
 from app.services.catalogue import change_log, schedule_edit, validation
 from app.services.catalogue.catalogue import Catalogue, Edit
-from app.services.catalogue.pausing import check_is_to_come, leave_out, note, put_back
+from app.services.catalogue.pausing import check_is_to_come, leave_out, note
 from app.services.planning.recurrence import next_occurrence, to_utc
 
 
@@ -153,7 +153,7 @@ def _save(
     if _is_where_it_was(edit, whole, changed):
         if shown is not whole:
             edit.schedules.drop_moved(edit.c, shown.id)
-            put_back(edit, whole, changed.moved_from or instant)
+            schedule_edit.put_back(edit, whole, changed.moved_from or instant)
         return whole
     if whole.recurrence is None:
         respects = respects and edit.calendar.is_working_day(changed.start.date())

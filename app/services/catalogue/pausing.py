@@ -50,7 +50,7 @@ class Pausing:
                 raise InvalidInput("schedule", "this schedule is paused beyond that start: resume it first")
             if must_run and next_occurrence(schedule, instant - MOMENT, edit.calendar) != instant:
                 raise InvalidInput("schedule", "this schedule no longer has this start")
-            put_back(edit, schedule, instant)
+            schedule_edit.put_back(edit, schedule, instant)
             note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more")
 
         self._catalogue.edit(work)
@@ -122,13 +122,3 @@ def leave_out(edit: Edit, schedule: Schedule, at: datetime) -> None:
     while coming is not None and coming in skipped:
         coming = next_occurrence(schedule, coming, edit.calendar)
     edit.schedules.advance(edit.c, schedule.id, coming)
-
-
-def put_back(edit: Edit, schedule: Schedule, at: datetime) -> None:
-    """It starts then after all."""
-    edit.schedules.unskip(edit.c, schedule.id, at)
-    edit.executions.drop_skipped(edit.c, schedule.id, at)
-    if edit.executions.has_instant(edit.c, schedule.id, at):
-        raise InvalidInput("schedule", "this start may have been sent already")
-    if schedule.next_at is None or at < schedule.next_at:  # else a start due just now would be passed over
-        edit.schedules.advance(edit.c, schedule.id, schedule_edit.next_due(edit, schedule))

@@ -11,7 +11,7 @@ from datetime import datetime, timedelta
 from app.domain import names
 from app.domain.clock import MOMENT
 from app.domain.execution import State
-from app.domain.models import Group, Mission, Overlap, Robot, Schedule
+from app.domain.models import Group, InvalidInput, Mission, Overlap, Robot, Schedule
 from app.domain.rules import token_of
 from app.services.catalogue import change_log, checks, validation
 from app.services.catalogue.edit import Edit, Removed
@@ -31,6 +31,16 @@ _FAR = timedelta(days=366)  # a rule that has ended is not searched further back
 def next_due(edit: Edit, schedule: Schedule) -> datetime | None:
     """The next instant, without those already planned or skipped in advance."""
     return first_due(schedule, edit.settings, edit.now, edit.calendar, edit.schedules.skipped(edit.c, schedule.id))
+
+
+def put_back(edit: Edit, schedule: Schedule, at: datetime) -> None:
+    """It starts then after all."""
+    edit.schedules.unskip(edit.c, schedule.id, at)
+    edit.executions.drop_skipped(edit.c, schedule.id, at)
+    if edit.executions.has_instant(edit.c, schedule.id, at):
+        raise InvalidInput("schedule", "this start may have been sent already")
+    if schedule.next_at is None or at < schedule.next_at:  # else a start due just now would be passed over
+        edit.schedules.advance(edit.c, schedule.id, next_due(edit, schedule))
 
 
 def save(edit: Edit, schedule: Schedule) -> Schedule:

@@ -343,15 +343,10 @@ def wait_again(edit: Edit, execution_id: int) -> None:
 def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     """Remove the skip of its instant, which is in the future."""
     schedule = edit.the_schedule(schedule_id)
-    edit.schedules.unskip(edit.c, schedule_id, row.planned_at)
+    schedule_edit.put_back(edit, schedule, row.planned_at)
     if row.held:
         edit.schedules.hold(edit.c, schedule_id, row.planned_at)
-    edit.executions.drop_skipped(edit.c, schedule_id, row.planned_at)
-    if edit.executions.has_instant(edit.c, schedule_id, row.planned_at):
-        raise InvalidInput("execution", "this start may have been sent already")
     if wanted(edit.c, replace(row, state=State.WAITING, reason=None), reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
-    if schedule.next_at is None or row.planned_at < schedule.next_at:  # else a start due just now would be passed over
-        edit.schedules.advance(edit.c, schedule_id, schedule_edit.next_due(edit, schedule))
     edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
     edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}
