@@ -54,17 +54,6 @@ def name_of(order: Order) -> str | None:
     return order.vehicle.robot.name if order.vehicle is not None else None
 
 
-def test_what_is_seen_does_not_depend_on_how_often_one_looks() -> None:
-    often, seldom = Fleet(), Fleet()
-    orders = [often.order("Deliver"), seldom.order("Deliver")]
-    for _ in range(4000):
-        often.pass_time(0.125)
-        often.vehicles[0].robot.catch_up()
-    seldom.pass_time(500)
-    assert [one.state for one in orders] == [DONE, DONE]
-    assert (orders[0].started, orders[0].ended) == (orders[1].started, orders[1].ended)
-
-
 def test_the_order_is_in_the_robots_own_queue(fleet: Fleet) -> None:
     order = fleet.order("Wait at home", parameters=[{"input_name": "Time", "value": "00:00:20"}], description="A1")
     fleet.pass_time(1)
@@ -111,17 +100,6 @@ def test_a_robot_that_is_not_free_gets_nothing_until_it_is(fleet: Fleet, prevent
     assert waits.vehicle is vehicle
 
 
-def test_a_robot_that_is_offline_is_cancelled_when_it_is_back(fleet: Fleet) -> None:
-    order, following = fleet.order("Deliver", robot=1), fleet.order(robot=1)
-    fleet.pass_time(1.2)
-    fleet.vehicles[0].robot.reboot(30)
-    fleet.pass_time(5)
-    fleet.book.cancel(order, fleet.now)
-    assert order.state is SENT
-    assert fleet.end_of(order) is ABORTED
-    assert fleet.end_of(following) is DONE
-
-
 def test_an_order_whose_mission_was_deleted_is_invalid(fleet: Fleet) -> None:
     order = fleet.order("Home", earliest=10.0)
     fleet.vehicles[1].robot.site.table("/missions").remove(GUIDS["Home"])  # the robots' sites are the fleet's
@@ -137,17 +115,6 @@ def test_a_restarted_fleet_sees_what_its_robots_have_done(fleet: Fleet) -> None:
     assert (order.state, waits.state) == (RUNNING, WAITING)
     assert fleet.end_of(order) is DONE
     assert fleet.end_of(waits) is DONE
-
-
-@pytest.mark.parametrize(("reuses", "number"), [(False, 4), (True, 2)])
-def test_a_restarted_fleet_may_have_lost_what_waited(fleet: Fleet, reuses: bool, number: int) -> None:
-    kept = fleet.order(robot=1)
-    fleet.pass_time(1)
-    lost = [fleet.order(robot=1) for _ in range(2)]
-    fleet.restart(5, forgets_waiting=True, reuses_numbers=reuses)
-    fleet.pass_time(6)
-    assert [fleet.book.get(one.number) for one in (kept, *lost)] == [kept, None, None]
-    assert fleet.order().number == number
 
 
 @pytest.mark.parametrize("kind", KINDS)
