@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import uuid
 from typing import Any
 
 import pytest
@@ -29,85 +28,18 @@ from app.mir.robot_vocabulary import USER_REQUEST
 from app.mir.transport import Response
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
-from mir_sim.fleets.classic import ClassicFleet
 from mir_sim.fleets.classic_orders import Shown
-from mir_sim.fleets.knobs import ClassicKnobs, changed
 from tests.support.fleets import ADDRESS, TOKEN, MachineTransport
+from tests.unit.mir.halls import ClassicHall, token
 from tests.unit.sim.asking import GUIDS
-
-CHECKED_UP = RobotProfile(None, None, has_search=True, token_field="description")
-
-
-class Hall:
-    """A fleet of two robots, and clients of it that share a connection."""
-
-    def __init__(self, **knobs: Any) -> None:
-        self.robots = [SimulatedRobot(name, battery=80.0, software="2.14.7") for name in ("Aino", "Veikko")]
-        self.fleet = ClassicFleet("Fleet", self.robots, knobs=changed(ClassicKnobs(), knobs))
-        self.connection = FleetConnection(clock=lambda: self.fleet.now)
-        self.transport = MachineTransport(self.fleet, TOKEN)
-
-    def vehicle(self, vehicle: str = "1", **options: Any) -> ClassicVehicle:
-        return ClassicVehicle(
-            ADDRESS,
-            TOKEN,
-            vehicle,
-            connection=self.connection,
-            transport=self.transport,
-            **{"profile": CHECKED_UP, "reach": lambda _address: MachineTransport(self.robots[0], TOKEN), **options},
-        )
-
-    def pass_time(self, seconds: float) -> None:
-        self.fleet.advance_to(self.fleet.now + seconds)
-
-    def meets(self, kind: FaultKind, method: str = "POST", path: str = "/mission_scheduler") -> None:
-        self.fleet.faults.add(Fault(kind, path, method))
-
-    def run_until(self, target: ClassicVehicle, number: int, *states: QueueState) -> QueueState:
-        ends = self.fleet.now + 600
-        while (state := target.queue_item(number).state) not in states:
-            assert self.fleet.now < ends, state
-            self.pass_time(1.0)
-        return state
 
 
 @pytest.fixture
-def hall() -> Hall:
-    return Hall()
+def hall() -> ClassicHall:
+    return ClassicHall()
 
 
-def token() -> str:
-    return str(uuid.uuid4())
-
-
-def test_an_order_is_followed_to_its_end(hall: Hall) -> None:
-    aino, own = hall.vehicle(), token()
-    floor = aino.highest_queue_id() or 0
-    number = aino.enqueue(GUIDS["Home"], description=own)
-    (item,) = aino.open_items()
-    assert (item.id, item.state, item.description, item.vehicle) == (number, QueueState.PENDING, own, "1")
-    assert hall.run_until(aino, number, QueueState.EXECUTING)
-    assert hall.run_until(aino, number, QueueState.DONE)
-    done = aino.queue_item(number)
-    assert done.started is not None
-    assert done.finished is not None
-    assert done.started <= done.finished
-    assert [item.id for item in aino.items_after(floor)] == [number]
-    assert aino.highest_queue_id() == number
-
-
-def test_an_order_whose_answer_is_lost_is_found_by_its_token(hall: Hall) -> None:
-    aino, own = hall.vehicle(), token()
-    floor = aino.highest_queue_id() or 0
-    hall.meets(FaultKind.DROP_RESPONSE)
-    with pytest.raises(ConnectionLost) as lost:
-        aino.enqueue(GUIDS["Home"], description=own)
-    assert lost.value.delivery is Delivery.UNKNOWN
-    found = aino.items_after(floor, tokens=(own,))
-    assert [item.description for item in found] == [own]
-
-
-def test_other_robots_orders_are_not_this_ones(hall: Hall) -> None:
+def test_other_robots_orders_are_not_this_ones(hall: ClassicHall) -> None:
     aino, veikko = hall.vehicle("1"), hall.vehicle("2")
     number = veikko.enqueue(GUIDS["Home"], description=token())
     assert aino.items_after(0) == [] == aino.open_items()
@@ -115,55 +47,18 @@ def test_other_robots_orders_are_not_this_ones(hall: Hall) -> None:
 
 
 @pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
-def test_one_order_is_cancelled_and_no_other(hall: Hall, runs: bool) -> None:
-    aino, veikko = hall.vehicle("1"), hall.vehicle("2")
-    number, other = (each.enqueue(GUIDS["Deliver"], description=token()) for each in (aino, veikko))
-    if runs:
-        hall.run_until(aino, number, QueueState.EXECUTING)
-    aino.cancel(number)
-    assert hall.run_until(aino, number, QueueState.ABORTED) is QueueState.ABORTED
-    assert veikko.queue_item(other).state.is_open
-
-
-@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
-def test_an_order_that_ends_before_it_began_was_cancelled(hall: Hall, runs: bool) -> None:
+def test_an_order_that_ends_before_it_began_was_cancelled(hall: ClassicHall, runs: bool) -> None:
     """Of one that ran the fleet doesn't say whether it failed."""
     aino = hall.vehicle()
     number = aino.enqueue(GUIDS["Deliver"], description=token())
     if runs:
-        hall.run_until(aino, number, QueueState.EXECUTING)
+        hall.run_until(aino, number, "", QueueState.EXECUTING)
     hall.vehicle().cancel(number)
-    hall.run_until(aino, number, QueueState.ABORTED)
+    hall.run_until(aino, number, "", QueueState.ABORTED)
     assert aino.queue_item(number).message == ("" if runs else USER_REQUEST)
 
 
-def test_clearing_cancels_the_apps_own_orders_only(hall: Hall) -> None:
-    aino = hall.vehicle()
-    ours, theirs = (aino.enqueue(GUIDS["Deliver"], description=token()) for _ in range(2))
-    aino.clear_queue({ours: "", 999_999: ""})
-    hall.pass_time(5.0)
-    assert not aino.queue_item(ours).state.is_open
-    assert aino.queue_item(theirs).state.is_open
-    assert "DELETE /mission_scheduler" not in hall.transport.requests
-
-
-def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
-    any_robot, own = hall.vehicle(ANY_VEHICLE), token()
-    assert any_robot.status().state is RobotState.READY
-    assert any_robot.status().battery_percentage is None
-    number = any_robot.enqueue(GUIDS["Home"], description=own)
-    assert any_robot.queue_item(number).vehicle == ""
-    assert [item.id for item in any_robot.open_items()] == [number]
-    hall.run_until(any_robot, number, QueueState.EXECUTING)
-    item = any_robot.queue_item(number)
-    assert (item.vehicle, item.vehicle_name) in [("1", "Aino"), ("2", "Veikko")]
-    assert [item.id for item in any_robot.items_after(0)] == [number]
-    hall.run_until(any_robot, number, QueueState.DONE)
-    assert any_robot.open_items() == []
-    assert any_robot._followed == set(), "it doesn't grow for ever"
-
-
-def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_shown(hall: Hall) -> None:
+def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_shown(hall: ClassicHall) -> None:
     aino = hall.vehicle()
     assert aino.status().state is RobotState.READY
     hall.robots[0].reboot(60.0)
@@ -176,13 +71,7 @@ def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_show
     assert hall.vehicle("2").status().state is RobotState.READY
 
 
-def test_a_robot_that_the_fleet_does_not_have_any_more(hall: Hall) -> None:
-    with pytest.raises(VehicleUnavailable) as problem:
-        hall.vehicle("77").status()
-    assert problem.value.code == "not_in_fleet"
-
-
-def test_another_fleet_at_the_address_gets_no_order(hall: Hall) -> None:
+def test_another_fleet_at_the_address_gets_no_order(hall: ClassicHall) -> None:
     aino = hall.vehicle(serial_number="0815")
     any_robot = hall.vehicle(ANY_VEHICLE, fleet_identity="another user")
     for target, kind in ((aino, AnotherRobot), (any_robot, AnotherFleet)):
@@ -192,7 +81,9 @@ def test_another_fleet_at_the_address_gets_no_order(hall: Hall) -> None:
     assert hall.vehicle().highest_queue_id() is None
 
 
-def test_a_fleet_that_does_not_say_who_the_user_is_is_no_other_one(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fleet_that_does_not_say_who_the_user_is_is_no_other_one(
+    hall: ClassicHall, monkeypatch: pytest.MonkeyPatch
+) -> None:
     aino, get = hall.vehicle(fleet_identity="own user"), ClassicRequests._get
 
     def boots(self: ClassicRequests, path: str, *rest: Any, **options: Any) -> Any:
@@ -206,7 +97,7 @@ def test_a_fleet_that_does_not_say_who_the_user_is_is_no_other_one(hall: Hall, m
 
 
 def test_another_fleet_is_noticed_soon_after_the_known_one_answered(
-    hall: Hall, monkeypatch: pytest.MonkeyPatch
+    hall: ClassicHall, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     any_robot = hall.vehicle(ANY_VEHICLE, fleet_identity="own user")
     monkeypatch.setattr(any_robot, "_ask_user", lambda: ("own user", ""))
@@ -227,7 +118,7 @@ def test_a_single_robot_is_no_fleet() -> None:
     assert problem.value.code == "not_a_fleet"
 
 
-def test_the_fleets_robots_share_one_reading(hall: Hall) -> None:
+def test_the_fleets_robots_share_one_reading(hall: ClassicHall) -> None:
     targets = [hall.vehicle("1"), hall.vehicle("2"), hall.vehicle(ANY_VEHICLE)]
     for target in targets:
         target.status()
@@ -241,7 +132,7 @@ def test_the_fleets_robots_share_one_reading(hall: Hall) -> None:
 
 @pytest.mark.parametrize("robots", ["whole", "short"])
 def test_the_fleet_lists_its_robots(robots: str) -> None:
-    hall = Hall(robots=robots)
+    hall = ClassicHall(robots=robots)
     found = hall.vehicle(ANY_VEHICLE).identify_fleet()
     names = [(each.id, each.name, each.serial_number, each.ip) for each in found.vehicles]
     assert names == [
@@ -252,21 +143,21 @@ def test_the_fleet_lists_its_robots(robots: str) -> None:
 
 @pytest.mark.parametrize("knobs", [{"robots": "short"}, {"status": "list"}, {"search": 404}, {"answer": "whole"}])
 def test_fleets_that_answer_in_another_form(knobs: dict[str, Any]) -> None:
-    hall = Hall(**knobs)
+    hall = ClassicHall(**knobs)
     aino = hall.vehicle(profile=None)
     assert aino.status().robot_name == "Aino"
     number = aino.enqueue(GUIDS["Home"], description=token())
     assert [item.id for item in aino.open_items()] == [number] == [item.id for item in aino.items_after(0)]
 
 
-def test_in_maintenance_no_robot_is_ready(hall: Hall) -> None:
+def test_in_maintenance_no_robot_is_ready(hall: ClassicHall) -> None:
     hall.fleet.state = "maintenance"
     for vehicle in ("1", ANY_VEHICLE):
         status = hall.vehicle(vehicle).status()
         assert (status.state, status.state_text) == (RobotState.UNKNOWN, "maintenance")
 
 
-def test_what_the_fleet_can_not_do_is_done_by_the_robots_own_api(hall: Hall) -> None:
+def test_what_the_fleet_can_not_do_is_done_by_the_robots_own_api(hall: ClassicHall) -> None:
     aino = hall.vehicle(serial_number=hall.robots[0].serial_number)
     assert not aino.capabilities.pause
     assert aino.identify().status.serial_number == hall.robots[0].serial_number
@@ -278,13 +169,13 @@ def test_what_the_fleet_can_not_do_is_done_by_the_robots_own_api(hall: Hall) -> 
     aino.set_state(RobotState.READY)
     hall.pass_time(2.0)
     number = aino.enqueue(GUIDS["Deliver"], description=token())
-    hall.run_until(aino, number, QueueState.EXECUTING)
+    hall.run_until(aino, number, "", QueueState.EXECUTING)
     aino.cancel(number)
-    hall.run_until(aino, number, QueueState.ABORTED)
+    hall.run_until(aino, number, "", QueueState.ABORTED)
     assert aino.queue_item(number).message == "Aborted - User Request"
 
 
-def test_a_robot_that_can_not_be_reached_by_itself_can_not_be_paused(hall: Hall) -> None:
+def test_a_robot_that_can_not_be_reached_by_itself_can_not_be_paused(hall: ClassicHall) -> None:
     other = MachineTransport(hall.robots[1], TOKEN)  # another machine at that address
     aino = hall.vehicle(serial_number=hall.robots[0].serial_number, reach=lambda _address: other)
     aino.identify()
@@ -295,13 +186,15 @@ def test_a_robot_that_can_not_be_reached_by_itself_can_not_be_paused(hall: Hall)
 
 
 @pytest.mark.parametrize(("field", "found"), [("description", FindBy.TOKEN), ("", FindBy.MATCH), (None, FindBy.MATCH)])
-def test_how_orders_are_found_is_what_the_check_up_has_seen(hall: Hall, field: str | None, found: FindBy) -> None:
+def test_how_orders_are_found_is_what_the_check_up_has_seen(
+    hall: ClassicHall, field: str | None, found: FindBy
+) -> None:
     profile = RobotProfile(None, None, token_field=field)
     assert hall.vehicle(profile=profile).capabilities.find_by is found
 
 
 def test_without_descriptions_an_order_still_says_whose_it_is() -> None:
-    hall = Hall(description="mission")
+    hall = ClassicHall(description="mission")
     aino = hall.vehicle(profile=RobotProfile(None, None, token_field=""))
     user = aino.identify().user_name
     aino.enqueue(GUIDS["Home"], description=token())
@@ -314,7 +207,7 @@ def test_without_descriptions_an_order_still_says_whose_it_is() -> None:
 def test_a_waiting_order_is_found_before_the_fleet_shows_its_robot(monkeypatch: pytest.MonkeyPatch) -> None:
     full = Shown.full
     monkeypatch.setattr(Shown, "full", lambda self: full(self) | {"robot_id": 0})
-    hall = Hall(description="mission")
+    hall = ClassicHall(description="mission")
     aino = hall.vehicle(profile=RobotProfile(None, None, token_field=""))
     hall.meets(FaultKind.DROP_RESPONSE)
     with pytest.raises(ConnectionLost):
@@ -323,13 +216,13 @@ def test_a_waiting_order_is_found_before_the_fleet_shows_its_robot(monkeypatch: 
 
 
 def test_a_failed_order_is_read_though_its_robots_place_is_not_known(
-    hall: Hall, monkeypatch: pytest.MonkeyPatch
+    hall: ClassicHall, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     aino = hall.vehicle(serial_number=hall.robots[0].serial_number)
     aino.identify()
     assert aino.capabilities.failure_text
     number = aino.enqueue(GUIDS["Deliver"], description=token())
-    hall.run_until(aino, number, QueueState.EXECUTING)
+    hall.run_until(aino, number, "", QueueState.EXECUTING)
     aino.cancel(number)
     hall.pass_time(5.0)
     find = aino._vehicle
@@ -341,7 +234,7 @@ def test_a_failed_order_is_read_though_its_robots_place_is_not_known(
 @pytest.mark.parametrize("field", ["description", ""], ids=["by token", "by user"])
 def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
     """The fleet has begun its numbers again."""
-    hall = Hall(description="posted" if field else "mission")
+    hall = ClassicHall(description="posted" if field else "mission")
     aino = hall.vehicle(profile=RobotProfile(None, None, token_field=field))
     number = aino.enqueue(GUIDS["Deliver"], description=token())
     if not field:
@@ -356,15 +249,15 @@ def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
 
 def test_an_order_without_its_token_is_cancelled() -> None:
     """The fleet has stopped returning descriptions since it was checked up."""
-    hall = Hall(description="mission")
+    hall = ClassicHall(description="mission")
     aino = hall.vehicle()
     own = token()
     number = aino.enqueue(GUIDS["Deliver"], description=own)
     aino.cancel(number, own)
-    assert hall.run_until(aino, number, QueueState.ABORTED)
+    assert hall.run_until(aino, number, "", QueueState.ABORTED)
 
 
-def test_an_order_that_can_not_be_read_is_cancelled(hall: Hall) -> None:
+def test_an_order_that_can_not_be_read_is_cancelled(hall: ClassicHall) -> None:
     """It was listed with the app's token: a late one of a cancelled start must not run."""
     aino = hall.vehicle()
     number = aino.enqueue(GUIDS["Deliver"], description=token())
@@ -374,7 +267,9 @@ def test_an_order_that_can_not_be_read_is_cancelled(hall: Hall) -> None:
 
 
 @pytest.mark.parametrize(("body", "delivery"), [(b"<html>", Delivery.UNKNOWN), (b"{}", Delivery.REFUSED)])
-def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(hall: Hall, body: bytes, delivery: Delivery) -> None:
+def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(
+    hall: ClassicHall, body: bytes, delivery: Delivery
+) -> None:
     """A security box may have said it, of an order that the fleet has taken."""
     send = hall.transport.send
 
@@ -388,7 +283,7 @@ def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(hall: Hall, body:
     assert refused.value.delivery is delivery
 
 
-def test_a_question_is_answered_through_the_fleet(hall: Hall) -> None:
+def test_a_question_is_answered_through_the_fleet(hall: ClassicHall) -> None:
     aino = hall.vehicle()
     number = aino.enqueue(GUIDS["Ask for release"], description=token())
     ends = hall.fleet.now + 120
@@ -398,12 +293,12 @@ def test_a_question_is_answered_through_the_fleet(hall: Hall) -> None:
     aino.answer_prompt(prompt.guid, prompt.options[0])
     hall.pass_time(2.0)
     assert aino.status().user_prompt is None
-    assert hall.run_until(aino, number, QueueState.DONE, QueueState.ABORTED)
+    assert hall.run_until(aino, number, "", QueueState.DONE, QueueState.ABORTED)
 
 
 @pytest.mark.parametrize("search", [200, 404], ids=["by search", "by list"])
 def test_the_newest_order_of_a_robot_is_known_only_where_the_fleet_sorts(search: int) -> None:
-    hall = Hall(search=search)
+    hall = ClassicHall(search=search)
     aino = hall.vehicle()
     numbers = [aino.enqueue(GUIDS["Home"], description=token()) for _ in range(3)]
     assert aino.newest_id() == numbers[-1]

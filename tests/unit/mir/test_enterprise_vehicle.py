@@ -28,103 +28,20 @@ from app.mir.errors import (
 )
 from app.mir.fleet_connection import FleetConnection
 from app.mir.transport import Response
-from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
-from mir_sim.fleets.enterprise import EnterpriseFleet
-from mir_sim.fleets.knobs import EnterpriseKnobs
 from tests.support.fleets import ADDRESS, KEY, TOKEN, MachineTransport
+from tests.unit.mir.halls import EnterpriseHall, token
 from tests.unit.sim.asking import GUIDS
 
 OLDER = {"version": "1.4.2"}
 
 
-class Hall:
-    """A fleet of two robots, and clients of it that share a connection."""
-
-    def __init__(self, **knobs: Any) -> None:
-        self.robots = [SimulatedRobot(name, battery=80.0) for name in ("Aino", "Veikko")]
-        self.fleet = EnterpriseFleet("Hall", self.robots, knobs=EnterpriseKnobs(**knobs))
-        self.ids = [vehicle.guid for vehicle in self.fleet.vehicles]
-        self.restart_app()
-
-    def restart_app(self) -> None:
-        self.connection = FleetConnection(clock=lambda: self.fleet.now)
-        self.transport = MachineTransport(self.fleet, KEY)
-
-    def vehicle(self, vehicle: int | str = 0, **options: Any) -> EnterpriseVehicle:
-        guid = vehicle if isinstance(vehicle, str) else self.ids[vehicle]
-        options = {"transport": self.transport, **options}
-        return EnterpriseVehicle(ADDRESS, KEY, guid, connection=self.connection, **options)
-
-    def pass_time(self, seconds: float) -> None:
-        self.fleet.advance_to(self.fleet.now + seconds)
-
-    def meets(self, kind: FaultKind) -> None:
-        self.fleet.faults.add(Fault(kind, "/serial-order", "POST"))
-
-    def run_until(self, target: EnterpriseVehicle, token: str, *states: QueueState) -> QueueState:
-        ends = self.fleet.now + 600
-        while (state := target.queue_item(0, token).state) not in states:
-            assert self.fleet.now < ends, state
-            self.pass_time(1.0)
-        return state
-
-    def run_one(self, aino: EnterpriseVehicle) -> None:
-        """From then on the app knows what lists call its key."""
-        own = token()
-        aino.enqueue(GUIDS["Deliver"], description=own)
-        self.run_until(aino, own, QueueState.EXECUTING)
-        self.run_until(aino, own, QueueState.DONE)
-
-    @property
-    def orders(self) -> int:
-        return len(list(self.fleet.phases()))
-
-
 @pytest.fixture
-def hall() -> Hall:
-    return Hall()
+def hall() -> EnterpriseHall:
+    return EnterpriseHall()
 
 
-def token() -> str:
-    return str(uuid.uuid4())
-
-
-@pytest.mark.parametrize("knobs", [{}, {"posted": "accepted", "appears_seconds": (0.0, 0.0)}, OLDER])
-def test_an_order_is_followed_to_its_end(knobs: dict[str, Any]) -> None:
-    hall = Hall(**knobs)
-    aino, own = hall.vehicle(), token()
-    number = aino.enqueue(GUIDS["Home"], description=own)
-    hall.pass_time(1.1)
-    (item,) = aino.open_items()
-    assert (item.id, item.description, item.vehicle) == (number, own, hall.ids[0])
-    assert 0 < number < 2**53
-    assert hall.run_until(aino, own, QueueState.EXECUTING)
-    assert hall.run_until(aino, own, QueueState.DONE)
-    done = aino.queue_item(number, own)
-    assert (done.id, done.vehicle_name) == (number, "Aino")
-    assert done.started is not None
-    assert done.finished is not None
-    assert aino.open_items() == []
-
-
-@pytest.mark.parametrize("knobs", [{}, OLDER], ids=["1.5.0", "1.4.2"])
-@pytest.mark.parametrize("after", [0.0, 300.0], ids=["at once", "when it has ended"])
-def test_an_order_whose_answer_is_lost_is_found_by_its_id(knobs: dict[str, Any], after: float) -> None:
-    hall = Hall(**knobs)
-    aino, own = hall.vehicle(), token()
-    hall.run_one(aino)
-    hall.meets(FaultKind.DROP_RESPONSE)
-    with pytest.raises(ConnectionLost) as lost:
-        aino.enqueue(GUIDS["Home"], description=own)
-    assert lost.value.delivery is Delivery.UNKNOWN
-    hall.pass_time(after)
-    (item,) = aino.items_after(0, tokens=(own, token(), "no UUID"))
-    assert item.description == own
-    assert (item.state is QueueState.DONE) == (after > 0)
-
-
-def test_a_request_that_is_lost_is_not_found(hall: Hall) -> None:
+def test_a_request_that_is_lost_is_not_found(hall: EnterpriseHall) -> None:
     aino, own = hall.vehicle(), token()
     hall.meets(FaultKind.DROP_REQUEST)
     with pytest.raises(ConnectionLost):
@@ -137,13 +54,13 @@ def test_a_request_that_is_lost_is_not_found(hall: Hall) -> None:
 
 @pytest.mark.parametrize("knobs", [{}, OLDER], ids=["1.5.0", "1.4.2"])
 def test_the_same_order_sent_again_is_the_same(knobs: dict[str, Any]) -> None:
-    hall = Hall(**knobs)
+    hall = EnterpriseHall(**knobs)
     aino, own = hall.vehicle(), token()
     numbers = {aino.enqueue(GUIDS["Home"], description=own) for _ in range(2)}
     assert len(numbers) == 1 == hall.orders
 
 
-def test_another_order_with_its_id_is_not_taken_for_it(hall: Hall) -> None:
+def test_another_order_with_its_id_is_not_taken_for_it(hall: EnterpriseHall) -> None:
     aino, veikko, own = hall.vehicle(0), hall.vehicle(1), token()
     aino.enqueue(GUIDS["Home"], description=own)
     with pytest.raises(Rejected) as problem:
@@ -152,7 +69,7 @@ def test_another_order_with_its_id_is_not_taken_for_it(hall: Hall) -> None:
 
 
 def test_an_order_that_was_taken_and_comes_later_is_in_doubt_until_then() -> None:
-    hall = Hall(posted="accepted", appears_seconds=(2.0, 3.0))
+    hall = EnterpriseHall(posted="accepted", appears_seconds=(2.0, 3.0))
     aino, own = hall.vehicle(), token()
     with pytest.raises(NotShownYet) as problem:
         aino.enqueue(GUIDS["Home"], description=own)
@@ -163,7 +80,7 @@ def test_an_order_that_was_taken_and_comes_later_is_in_doubt_until_then() -> Non
 
 
 def test_an_order_that_was_taken_and_never_comes_is_in_doubt() -> None:
-    hall = Hall(posted="lost")
+    hall = EnterpriseHall(posted="lost")
     aino, own = hall.vehicle(), token()
     with pytest.raises(NotShownYet):
         aino.enqueue(GUIDS["Home"], description=own)
@@ -173,7 +90,7 @@ def test_an_order_that_was_taken_and_never_comes_is_in_doubt() -> None:
 
 def test_an_ended_order_that_could_be_another_one_is_in_doubt() -> None:
     """Software 1.4.2 does not say the ids of ended orders, and the app has been restarted since."""
-    hall = Hall(**OLDER)
+    hall = EnterpriseHall(**OLDER)
     own = token()
     hall.vehicle().enqueue(GUIDS["Home"], description=own)
     hall.pass_time(300.0)
@@ -183,19 +100,7 @@ def test_an_ended_order_that_could_be_another_one_is_in_doubt() -> None:
     assert hall.vehicle(1).items_after(0, tokens=(own,)) == []
 
 
-@pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
-def test_one_order_is_cancelled_and_no_other(hall: Hall, runs: bool) -> None:
-    aino, veikko, own, other = hall.vehicle(0), hall.vehicle(1), token(), token()
-    number = aino.enqueue(GUIDS["Deliver"], description=own)
-    veikko.enqueue(GUIDS["Deliver"], description=other)
-    if runs:
-        hall.run_until(aino, own, QueueState.EXECUTING)
-    aino.cancel(number, own)
-    assert hall.run_until(aino, own, QueueState.ABORTED) is QueueState.ABORTED
-    assert veikko.queue_item(0, other).state is not QueueState.ABORTED
-
-
-def test_an_order_of_somebody_else_is_cancelled_by_its_number(hall: Hall) -> None:
+def test_an_order_of_somebody_else_is_cancelled_by_its_number(hall: EnterpriseHall) -> None:
     hall.fleet.order_of_somebody(GUIDS["Deliver"], hall.fleet.vehicles[0])
     hall.pass_time(2.0)
     aino = hall.vehicle()
@@ -205,31 +110,9 @@ def test_an_order_of_somebody_else_is_cancelled_by_its_number(hall: Hall) -> Non
     assert aino.open_items() == []
 
 
-def test_clearing_cancels_the_apps_own_orders_only(hall: Hall) -> None:
-    aino, own, theirs = hall.vehicle(), token(), token()
-    number = aino.enqueue(GUIDS["Deliver"], description=own)
-    aino.enqueue(GUIDS["Deliver"], description=theirs)
-    aino.clear_queue({number: own, 5: token()})
-    hall.pass_time(10.0)
-    assert aino.queue_item(0, own).state is QueueState.ABORTED
-    assert aino.queue_item(0, theirs).state is not QueueState.ABORTED
-
-
-def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
-    any_robot, own = hall.vehicle(ANY_VEHICLE), token()
-    assert any_robot.status().state is RobotState.READY
-    number = any_robot.enqueue(GUIDS["Home"], description=own)
-    assert any_robot.queue_item(number, own).vehicle == ""
-    assert [item.id for item in any_robot.open_items()] == [number]
-    hall.run_until(any_robot, own, QueueState.EXECUTING)
-    assert any_robot.queue_item(number, own).vehicle_name in ("Aino", "Veikko")
-    hall.pass_time(1.1)
-    assert [item.id for item in any_robot.open_items()] == [number]
-
-
 @pytest.mark.parametrize("shows", ["last", "identity"])
 def test_a_robot_of_which_nothing_is_heard_is_unavailable(shows: str) -> None:
-    hall = Hall(offline_robot=shows)
+    hall = EnterpriseHall(offline_robot=shows)
     aino = hall.vehicle()
     assert aino.status().state is RobotState.READY
     hall.robots[0].reboot(600.0)
@@ -245,13 +128,7 @@ def test_a_robot_of_which_nothing_is_heard_is_unavailable(shows: str) -> None:
     assert hall.vehicle(1).status().state is RobotState.READY
 
 
-def test_a_robot_that_the_fleet_does_not_have_any_more(hall: Hall) -> None:
-    with pytest.raises(VehicleUnavailable) as problem:
-        hall.vehicle(token()).status()
-    assert problem.value.code == "not_in_fleet"
-
-
-def test_another_fleet_or_robot_gets_no_order(hall: Hall) -> None:
+def test_another_fleet_or_robot_gets_no_order(hall: EnterpriseHall) -> None:
     for target, kind in (
         (hall.vehicle(serial_number="0815"), AnotherRobot),
         (hall.vehicle(fleet_identity="Yard"), AnotherFleet),
@@ -264,7 +141,7 @@ def test_another_fleet_or_robot_gets_no_order(hall: Hall) -> None:
 
 
 def test_older_software_is_refused() -> None:
-    hall = Hall(version="1.3.1")
+    hall = EnterpriseHall(version="1.3.1")
     with pytest.raises(OldFleet) as problem:
         hall.vehicle().enqueue(GUIDS["Home"], description=token())
     assert problem.value.params["version"] == "1.3.1"
@@ -272,12 +149,12 @@ def test_older_software_is_refused() -> None:
     assert hall.orders == 0
 
 
-def test_a_wrong_key_is_refused(hall: Hall) -> None:
+def test_a_wrong_key_is_refused(hall: EnterpriseHall) -> None:
     with pytest.raises(Unauthorized):
         hall.vehicle(transport=MachineTransport(hall.fleet, TOKEN)).status()
 
 
-def test_the_robot_is_paused_and_resumed(hall: Hall) -> None:
+def test_the_robot_is_paused_and_resumed(hall: EnterpriseHall) -> None:
     aino = hall.vehicle()
     aino.set_state(RobotState.PAUSE)
     hall.pass_time(3.0)
@@ -288,7 +165,7 @@ def test_the_robot_is_paused_and_resumed(hall: Hall) -> None:
 
 
 def test_what_it_can_do_is_known_by_its_software() -> None:
-    whole, older = Hall().vehicle(), Hall(**OLDER).vehicle()
+    whole, older = EnterpriseHall().vehicle(), EnterpriseHall(**OLDER).vehicle()
     for target in (whole, older):
         target.identify()
         assert target.capabilities.find_by is FindBy.ID
@@ -296,7 +173,7 @@ def test_what_it_can_do_is_known_by_its_software() -> None:
     assert not older.capabilities.pause
 
 
-def test_a_mission_that_is_not_the_fleets_makes_a_robot_busy(hall: Hall) -> None:
+def test_a_mission_that_is_not_the_fleets_makes_a_robot_busy(hall: EnterpriseHall) -> None:
     robot = hall.robots[0]
     robot.order(GUIDS["Deliver"], next(iter(robot.site.table("/users"))))
     hall.pass_time(5.0)
@@ -304,18 +181,18 @@ def test_a_mission_that_is_not_the_fleets_makes_a_robot_busy(hall: Hall) -> None
     assert hall.vehicle(1).status().state is RobotState.READY
 
 
-def test_a_busy_robot_says_so_and_why_an_order_failed(hall: Hall) -> None:
+def test_a_busy_robot_says_so_and_why_an_order_failed(hall: EnterpriseHall) -> None:
     aino, own = hall.vehicle(), token()
     number = aino.enqueue(GUIDS["Deliver"], description=own)
-    hall.run_until(aino, own, QueueState.EXECUTING)
+    hall.run_until(aino, 0, own, QueueState.EXECUTING)
     hall.pass_time(1.1)
     assert aino.status().state is RobotState.EXECUTING
     hall.robots[0].cancel_all()
-    hall.run_until(aino, own, QueueState.ABORTED)
+    hall.run_until(aino, 0, own, QueueState.ABORTED)
     assert aino.queue_item(number, own).message
 
 
-def test_missions_and_what_they_ask_for(hall: Hall) -> None:
+def test_missions_and_what_they_ask_for(hall: EnterpriseHall) -> None:
     aino = hall.vehicle()
     assert {mission.name: mission.guid for mission in aino.missions()}["Home"] == GUIDS["Home"]
     (asked,) = aino.parameters(GUIDS["Go to position"]) or ()
@@ -323,12 +200,12 @@ def test_missions_and_what_they_ask_for(hall: Hall) -> None:
     place = aino.positions()[0]
     own = token()
     aino.enqueue(GUIDS["Go to position"], description=own, parameters={asked.name: place.guid})
-    assert hall.run_until(aino, own, QueueState.DONE)
+    assert hall.run_until(aino, 0, own, QueueState.DONE)
     with pytest.raises(Rejected):
         aino.mission(token())
 
 
-def test_a_question_is_answered_by_the_number_of_its_option(hall: Hall) -> None:
+def test_a_question_is_answered_by_the_number_of_its_option(hall: EnterpriseHall) -> None:
     aino, own = hall.vehicle(), token()
     aino.enqueue(GUIDS["Ask for release"], description=own)
     ends = hall.fleet.now + 120
@@ -342,13 +219,13 @@ def test_a_question_is_answered_by_the_number_of_its_option(hall: Hall) -> None:
     assert aino.status().user_prompt is None
 
 
-def test_the_fleet_says_who_it_is(hall: Hall) -> None:
+def test_the_fleet_says_who_it_is(hall: EnterpriseHall) -> None:
     found = hall.vehicle(ANY_VEHICLE).identify_fleet()
     assert (found.identity, found.software) == ("Hall", "1.5.0")
     assert [(each.id, each.name) for each in found.vehicles] == list(zip(hall.ids, ("Aino", "Veikko"), strict=True))
 
 
-def test_the_fleets_robots_share_what_is_the_same_for_all(hall: Hall) -> None:
+def test_the_fleets_robots_share_what_is_the_same_for_all(hall: EnterpriseHall) -> None:
     targets = [hall.vehicle(0), hall.vehicle(1), hall.vehicle(ANY_VEHICLE)]
     for target in targets:
         target.status()
@@ -358,14 +235,14 @@ def test_the_fleets_robots_share_what_is_the_same_for_all(hall: Hall) -> None:
 
 
 def test_an_order_that_ended_long_ago_and_was_not_seen_is_the_newest_of_its_robot():
-    hall = Hall()
+    hall = EnterpriseHall()
     aino, first, last = hall.vehicle(), str(uuid.uuid4()), str(uuid.uuid4())
     before = aino.enqueue(GUIDS["Deliver"], description=first)
     assert aino.newest_id(first) == before
-    hall.run_until(aino, first, QueueState.DONE)
+    hall.run_until(aino, 0, first, QueueState.DONE)
     hall.pass_time(7200)
     sent = aino.enqueue(GUIDS["Deliver"], description=last)
-    hall.run_until(aino, last, QueueState.DONE)
+    hall.run_until(aino, 0, last, QueueState.DONE)
     hall.pass_time(7200)
     assert aino.newest_id(last) == sent
     hall.restart_app()
@@ -382,7 +259,7 @@ class Dated(MachineTransport):
 
 
 def test_an_order_that_ended_more_than_an_hour_ago_is_found_by_its_time() -> None:
-    hall = Hall(**OLDER)
+    hall = EnterpriseHall(**OLDER)
     aino, own = hall.vehicle(transport=Dated(hall.fleet, KEY)), token()
     hall.run_one(aino)
     hall.meets(FaultKind.DROP_RESPONSE)
@@ -394,7 +271,7 @@ def test_an_order_that_ended_more_than_an_hour_ago_is_found_by_its_time() -> Non
 
 
 def test_without_the_fleets_time_an_order_of_more_than_an_hour_ago_is_in_doubt() -> None:
-    hall = Hall(**OLDER)
+    hall = EnterpriseHall(**OLDER)
     aino, own = hall.vehicle(), token()
     hall.meets(FaultKind.DROP_RESPONSE)
     with pytest.raises(ConnectionLost):
@@ -405,7 +282,7 @@ def test_without_the_fleets_time_an_order_of_more_than_an_hour_ago_is_in_doubt()
 
 
 def test_a_question_that_fails_before_the_order_leaves_it_unsent() -> None:
-    hall = Hall(**OLDER)
+    hall = EnterpriseHall(**OLDER)
     hall.fleet.faults.add(Fault(FaultKind.DROP_RESPONSE, "/order", "GET"))
     with pytest.raises(ConnectionLost) as failed:
         hall.vehicle().enqueue(GUIDS["Home"], description=token())
@@ -415,11 +292,11 @@ def test_a_question_that_fails_before_the_order_leaves_it_unsent() -> None:
 
 @pytest.mark.parametrize("robot", [0, ANY_VEHICLE])
 def test_while_the_list_of_orders_can_not_be_read_orders_are_followed_and_cancelled_but_none_is_sent(
-    hall: Hall, robot: int | str
+    hall: EnterpriseHall, robot: int | str
 ) -> None:
     client, own = hall.vehicle(robot), token()
     number = client.enqueue(GUIDS["Deliver"], description=own)
-    hall.run_until(client, own, QueueState.EXECUTING)
+    hall.run_until(client, 0, own, QueueState.EXECUTING)
     hall.fleet.faults.add(Fault(FaultKind.HTML, "/serial-order-status/snapshot", "GET", count=None))
     hall.pass_time(2.0)
     assert client.status().state in (RobotState.READY, RobotState.EXECUTING)
@@ -427,10 +304,10 @@ def test_while_the_list_of_orders_can_not_be_read_orders_are_followed_and_cancel
         client.enqueue(GUIDS["Home"], description=token())
     assert (failed.value.delivery, hall.orders) == (Delivery.NOT_SENT, 1)
     client.cancel(number, own)
-    assert hall.run_until(client, own, QueueState.ABORTED)
+    assert hall.run_until(client, 0, own, QueueState.ABORTED)
 
 
-def test_an_order_whose_phase_has_another_id_is_followed_without_the_list_of_orders(hall: Hall) -> None:
+def test_an_order_whose_phase_has_another_id_is_followed_without_the_list_of_orders(hall: EnterpriseHall) -> None:
     serial = hall.fleet.order_of_somebody(GUIDS["Home"], hall.fleet.vehicles[0], id_=token())
     hall.fleet.faults.add(Fault(FaultKind.HTML, "/serial-order-status/snapshot", "GET", count=None))
     hall.pass_time(300.0)
@@ -439,7 +316,7 @@ def test_an_order_whose_phase_has_another_id_is_followed_without_the_list_of_ord
 
 @pytest.mark.parametrize("is_key_known", [True, False])
 def test_an_order_of_another_api_client_is_not_taken_for_a_lost_one(is_key_known: bool) -> None:
-    hall = Hall(**OLDER)
+    hall = EnterpriseHall(**OLDER)
     aino, own, others = hall.vehicle(), token(), Token.of_key("mir_other")
     if is_key_known:
         hall.run_one(aino)
@@ -457,7 +334,9 @@ def test_an_order_of_another_api_client_is_not_taken_for_a_lost_one(is_key_known
             aino.items_after(0, tokens=(own,))
 
 
-def test_an_order_whose_phase_is_forgotten_is_not_waiting_for_ever(hall: Hall, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_order_whose_phase_is_forgotten_is_not_waiting_for_ever(
+    hall: EnterpriseHall, monkeypatch: pytest.MonkeyPatch
+) -> None:
     aino, own = hall.vehicle(), token()
     number, found = aino.enqueue(GUIDS["Home"], description=own), aino._found
     monkeypatch.setattr(aino, "_found", lambda path: None if path.startswith("/order/") else found(path))
@@ -467,7 +346,7 @@ def test_an_order_whose_phase_is_forgotten_is_not_waiting_for_ever(hall: Hall, m
 
 
 def test_ids_in_capitals_are_the_same() -> None:
-    hall = Hall(**OLDER)
+    hall = EnterpriseHall(**OLDER)
     aino, own, get = hall.vehicle(), token(), hall.transport.send
     aino.enqueue(GUIDS["Home"], description=own)
 
