@@ -27,12 +27,6 @@ class Hall(Site):
             )
         )
 
-    def queues(self) -> dict[str, list[str]]:
-        """Tokens of the items of each robot that has any."""
-        return {
-            name: [item.description for item in self.queue(name)] for name in self.machines if len(self.queue(name))
-        }
-
     def items(self) -> list:
         return [item for name in self.machines for item in self.queue(name)]
 

@@ -252,7 +252,7 @@ MUTANTS = (
     Mutant(
         "a moved start is lost when it is moved back",
         f"{MOVING}:_save",
-        "put_back(edit, whole, changed.moved_from or instant)",
+        "schedule_edit.put_back(edit, whole, changed.moved_from or instant)",
         "pass",
         "never ran",
         MOVED_STARTS,
