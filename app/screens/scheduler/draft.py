@@ -6,7 +6,8 @@ imported files, is kept unchanged under ``Kind.OTHER``. An unchanged draft makes
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from datetime import UTC, date, datetime, time, timedelta
 from enum import StrEnum
@@ -19,6 +20,8 @@ from app.services.planning.working_days import WorkingCalendar
 
 Target = int | tuple[str, int]  # a robot's id, or ("group", id)
 LAST = -1  # day of month or number of a weekday: the last one
+NTH = (1, 2, 3, 4, 5, LAST)
+MONTH_DAYS = (*range(1, 32), LAST)
 SOON = 60  # days in which a working day is looked for
 
 
@@ -288,70 +291,55 @@ def _read_rule(schedule: Schedule) -> dict[str, Any]:
     """The form's fields for a schedule's recurrence; Kind.OTHER for a rule that the form doesn't know."""
     if schedule.recurrence is None:
         return {"kind": Kind.ONCE}
-    other = {"kind": Kind.OTHER, "other_rule": schedule.recurrence}
     parts = dict(part.split("=", 1) for part in schedule.recurrence.upper().split(";") if "=" in part)
-    fields = _read_frequency(parts, schedule)
-    if fields is None:
-        return other
-    if (until := parts.pop("UNTIL", None)) is not None:
-        if len(until) != len("20261231"):
-            return other  # a time of day, too
-        fields["last_day"] = datetime.strptime(until, "%Y%m%d").date()  # noqa: DTZ007 - a date
-    return other if parts else fields
+    with suppress(ValueError):
+        fields = _read_frequency(parts, schedule)
+        if (until := parts.pop("UNTIL", None)) is not None:
+            fields["last_day"] = datetime.strptime(until, "%Y%m%d").date()  # noqa: DTZ007 - a date
+        if not parts:
+            return fields
+    return {"kind": Kind.OTHER, "other_rule": schedule.recurrence}
 
 
-def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any] | None:
-    """The form's fields, or None; parsed parts are removed from ``parts``."""
+def _read_frequency(parts: dict[str, str], schedule: Schedule) -> dict[str, Any]:
+    """The form's fields; parsed parts are removed from ``parts``. Raises ValueError for what the form doesn't know."""
     frequency, interval = parts.pop("FREQ", ""), int(parts.pop("INTERVAL", "1"))
     if frequency in ("MINUTELY", "HOURLY"):
         return _read_every(Unit.HOURS if frequency == "HOURLY" else Unit.MINUTES, interval, parts, schedule.between)
-    times = _read_hours(parts, schedule.start)
-    if interval != 1 or schedule.between is not None or times is None:
-        return None
+    if interval != 1 or schedule.between is not None:
+        raise ValueError(schedule.recurrence)
     first = schedule.start.date()
+    own: dict[str, Any] = {}
     match frequency:
-        case "DAILY":
-            return {"kind": Kind.DAILY, **times}
         case "WEEKLY":
-            days = _plain_days(parts.pop("BYDAY", WEEKDAYS[first.weekday()]))
-            return None if days is None else {"kind": Kind.WEEKLY, "weekdays": days, **times}
+            own = {"weekdays": _plain_days(parts.pop("BYDAY", WEEKDAYS[first.weekday()]))}
+        case "MONTHLY" if day := parts.pop("BYDAY", ""):
+            own = {
+                "by_weekday": True,
+                "nth": _one_of(NTH, day[:-2]),
+                "month_weekday": _plain_days(day[-2:])[0],
+            }
         case "MONTHLY":
-            monthly = _read_monthly(parts, first)
-            return None if monthly is None else {**monthly, **times}
-    return None
+            own = {"month_day": _one_of(MONTH_DAYS, parts.pop("BYMONTHDAY", first.day))}
+    hours = [int(hour) for hour in parts.pop("BYHOUR", str(schedule.start.hour)).split(",")]
+    hour = schedule.start.hour if schedule.start.hour in hours else min(hours)
+    at = time(hour, int(parts.pop("BYMINUTE", schedule.start.minute)))  # one minute of several hours
+    return {"kind": Kind(frequency.lower()), "at": at, "more_hours": tuple(sorted({*hours} - {hour})), **own}
 
 
-def _read_hours(parts: dict[str, str], start: datetime) -> dict[str, Any] | None:
-    """Several hours with one minute; the form knows no other times of day."""
-    hours = [int(hour) for hour in parts.pop("BYHOUR", str(start.hour)).split(",")]
-    minutes = parts.pop("BYMINUTE", str(start.minute)).split(",")
-    if len(minutes) != 1:
-        return None
-    first = start.hour if start.hour in hours else min(hours)
-    return {"at": time(first, int(minutes[0])), "more_hours": tuple(sorted({*hours} - {first}))}
-
-
-def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Between | None) -> dict[str, Any] | None:
+def _read_every(unit: Unit, interval: int, parts: dict[str, str], between: Between | None) -> dict[str, Any]:
     days = _plain_days(parts.pop("BYDAY", ",".join(WEEKDAYS)))
-    if days is None or interval > MOST[unit]:
-        return None
-    read = {"kind": Kind.EVERY, "unit": unit, "every": interval, "weekdays": days, "all_day": between is None}
+    every = _one_of(range(1, MOST[unit] + 1), interval)
+    read = {"kind": Kind.EVERY, "unit": unit, "every": every, "weekdays": days, "all_day": between is None}
     return read if between is None else {**read, "at": between.start, "until_time": between.end}
 
 
-def _read_monthly(parts: dict[str, str], first: date) -> dict[str, Any] | None:
-    if "BYDAY" in parts:
-        value = parts.pop("BYDAY")
-        number, day = value[:-2], value[-2:]
-        if day not in WEEKDAYS or number not in ("1", "2", "3", "4", "5", "+1", "+2", "+3", "+4", "+5", "-1"):
-            return None
-        return {"kind": Kind.MONTHLY, "by_weekday": True, "nth": int(number), "month_weekday": day}
-    value = parts.pop("BYMONTHDAY", str(first.day))
-    if not value.lstrip("+-").isdigit() or not (1 <= int(value) <= 31 or int(value) == LAST):
-        return None
-    return {"kind": Kind.MONTHLY, "by_weekday": False, "month_day": int(value)}
+def _one_of(numbers: Collection[int], value: Any) -> int:
+    if int(value) not in numbers:
+        raise ValueError(value)
+    return int(value)
 
 
-def _plain_days(value: str) -> tuple[str, ...] | None:
-    days = value.split(",")
-    return tuple(day for day in WEEKDAYS if day in days) if all(day in WEEKDAYS for day in days) else None
+def _plain_days(value: str) -> tuple[str, ...]:
+    days = {WEEKDAYS.index(day) for day in value.split(",")}
+    return tuple(day for number, day in enumerate(WEEKDAYS) if number in days)

@@ -16,7 +16,7 @@ from app.screens.common.holding import HAND, held_word
 from app.screens.common.priorities import level
 from app.screens.common.problems import sentence_of
 from app.screens.scheduler import of_groups
-from app.screens.scheduler.draft import COMMON, LAST, Draft, Kind, Target, Unit
+from app.screens.scheduler.draft import COMMON, LAST, NTH, Draft, Kind, Target, Unit
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.form_notes import NoteRow, Preview, closed_weekdays, dated, notes
 from app.screens.scheduler.view import days_word, rule_line, short_rule, zoned
@@ -308,7 +308,7 @@ def mission_options(facts: SchedulerFacts, target: Target | None) -> list[Option
 
 
 def nth_options() -> list[Option]:
-    return [Option(nth, nth_text(nth)) for nth in (1, 2, 3, 4, 5, LAST)]
+    return [Option(nth, nth_text(nth)) for nth in NTH]
 
 
 # ---------------------------------------------------------------------- what would follow
