@@ -180,18 +180,6 @@ def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container
     assert after.paused_until is not None
 
 
-def test_what_was_changed_elsewhere_in_the_same_moment_stays(screen, container, ui):
-    before = stock(container)
-    screen.plan.edit(before.id)
-    screen.plan.form.set(priority=3)
-    settle(screen, ui)
-    container.catalogue.change(before, replace(before, name="Count", start_window_minutes=7))
-    screen.plan.form.save()  # before the change is read
-    settle(screen, ui)
-    after = stored(container, before)
-    assert (after.name, after.start_window_minutes, after.priority) == ("Count", 7, 3)
-
-
 def test_a_robot_that_was_renamed_takes_no_name_from_its_schedules(screen, container, ui):
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(priority=3)

@@ -60,23 +60,6 @@ def test_a_refusal_is_not_held_against_what_was_changed_since(screen, container,
     assert (screen.plan.form.view.why, screen.plan.form.draft.name) == ("", "good")
 
 
-def test_a_reading_that_was_begun_before_it_was_saved_makes_no_second_one(screen, container, ui):
-    old = screen.plan._facts
-    choose(screen, ui, "Mission", KITS)
-    before = len(schedules(container))
-    screen.plan.form.set(priority=3)
-    settle(screen, ui)
-    entry = screen.plan.form.draft
-    save(screen, ui)
-    added = max(schedules(container), key=lambda schedule: schedule.id)
-    screen.plan.begin(replace(entry, base=added, priority=4))
-    assert not screen.plan.form.draft.is_new
-    assert old.schedule(added.id) is None
-    settle(screen, ui)
-    save(screen, ui)
-    assert len(schedules(container)) == before + 1
-
-
 def test_a_press_on_save_counts_while_the_forecast_is_not_there_yet(screen, container, ui, monkeypatch):
     monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: ())
     before, go, foresee = len(schedules(container)), threading.Event(), container.forecasts.of
