@@ -61,7 +61,7 @@ class SuggestionRow(list_row.ListRow):
 class FormSheet(Sheet):
     """The form beside the plan; ``card`` is its model."""
 
-    card = ObjectProperty(None, rebind=True, allownone=True)
+    card = ObjectProperty(None, rebind=True)
     view = ObjectProperty(FormView(), rebind=True)
     warning = StringProperty()  # above Save, while a note that says it is out of sight
 
