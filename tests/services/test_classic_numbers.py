@@ -160,41 +160,27 @@ def test_a_copy_that_ends_between_two_polls_is_reported(site, vehicle):
     assert [alarm.code for alarm in site.container.alarms.open()] == ["duplicate_running"]
 
 
-def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site):
-    """As the newest order shows that it took before: its number is another's now."""
-    site.add_robots()
-    site.add_mission()
-    site.container.operator.run_now(2, 1)
-    settled(site)
-    plan(site)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: len(site.network.posts("R1")) == 1)
-    site.switch_off(cleanly=False)
-    lose_all(site)
-    site.clock.advance(60)
-    others_order(site, 9)
-    site.switch_on()
-    site.run_until(lambda: not any(row.state.is_open for row in site.executions()))
-    row = site.executions()[-1]
-    assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
-
-
-def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice_without_tokens_and_history(site):
-    """The number of the newest order that it took before is that of one of another user's now, for the same mission."""
-    forget_descriptions(site)
+@pytest.mark.parametrize(("forgets", "mission"), [(False, "Home"), (True, "Deliver")])
+def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site, forgets, mission):
+    """The newest order that it took before shows it: its number is another's now. Without tokens and history, of one of
+    another user for the same mission."""
+    if forgets:
+        forget_descriptions(site)
     site.add_robots()
     site.add_mission()
     completed(site, 2)
     plan(site)
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.run_until(lambda: len(site.network.posts("R1")) == 1)
-    site.container.db.write(lambda c: c.execute("DELETE FROM executions WHERE state = 'completed'"))
+    if forgets:
+        site.container.db.write(lambda c: c.execute("DELETE FROM executions WHERE state = 'completed'"))
     site.switch_off(cleanly=False)
     lose_all(site)
     site.clock.advance(60)
-    others_order(site, 9, "Deliver")
+    others_order(site, 9, mission)
     site.switch_on()
-    row = settled(site)
+    site.run_until(lambda: not any(row.state.is_open for row in site.executions()))
+    row = site.executions()[-1]
     assert (row.state, row.reason.code, len(site.network.posts("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
 
 

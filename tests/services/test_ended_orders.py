@@ -49,6 +49,14 @@ def ran(site, robot, mission=1):
     assert site.container.ledger.get(row.id).state is State.COMPLETED
 
 
+def lose_the_answer(site, robot, number=1):
+    """To a start whose order is the fleet's so many-th."""
+    planned(site, robot)
+    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
+    site.run_until(lambda: len(site.queue("R1")) == number)
+    site.run(0.5)
+
+
 def kill_while_it_is_sent(site, off):
     site.run_until(lambda: any(row.state is State.SUBMITTING for row in site.executions()))
     site.run(0.5)
@@ -148,34 +156,18 @@ def test_what_was_lost_before_the_app_was_killed_is_sent_again_though_the_missio
 
 
 @pytest.mark.long
-def test_what_was_sent_is_found_though_the_clock_was_set_back_before_the_app_came_back(furnished):
-    site, robot = furnished()
-    planned(site, robot)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: len(site.queue("R1")) == 1)
-    site.run(0.5)
-    site.switch_off(cleanly=False)
-    site.clock.advance(1800)
-    site.clock.step(-1200)
-    site.switch_on()
-    site.run(600)
-    assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("ahead", "off"), [(540, 300), (540, 4000), (-540, 300)])
-def test_what_was_sent_is_found_though_the_clock_was_wrong_then_and_is_right_now(furnished, ahead, off):
-    """By less than what puts it in doubt; it is set while the app is off."""
+@pytest.mark.parametrize(
+    ("ahead", "off", "back"), [(0, 1800, 1200), (540, 300, 540), (540, 4000, 540), (-540, 300, -540)]
+)
+def test_what_was_sent_is_found_though_the_clock_was_set_while_the_app_was_off(furnished, ahead, off, back):
+    """It was wrong by less than what puts it in doubt, and is right now; or it was right."""
     site, robot = furnished()
     site.clock.step(ahead)
     site.run(60)
-    planned(site, robot)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: len(site.queue("R1")) == 1)
-    site.run(0.5)
+    lose_the_answer(site, robot)
     site.switch_off(cleanly=False)
     site.clock.advance(off)
-    site.clock.step(-ahead)
+    site.clock.step(-back)
     site.switch_on()
     site.run(900)
     assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
@@ -186,10 +178,7 @@ def test_what_a_fleet_has_forgotten_is_not_sent_again_though_its_clock_was_set_b
     site, robot = furnished()
     site.fleet.knobs = replace(site.fleet.knobs, version="1.5.0", orders_kept=3600.0)
     ran(site, robot)
-    planned(site, robot)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: len(site.queue("R1")) == 2)
-    site.run(0.5)
+    lose_the_answer(site, robot, number=2)
     site.switch_off(cleanly=False)
     site.clock.advance(4000)
     site.fleet.clock.offset -= 540
@@ -205,10 +194,7 @@ def test_what_was_sent_is_not_sent_again_after_the_clock_was_set_back_where_the_
     site, robot = furnished()
     site.clock.step(540)
     site.run(60)
-    planned(site, robot)
-    site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
-    site.run_until(lambda: len(site.queue("R1")) == 1)
-    site.run(0.5)
+    lose_the_answer(site, robot)
     site.container.db.write(lambda c: c.execute("UPDATE executions SET queue_floor = 0"))
     site.switch_off(cleanly=False)
     site.clock.advance(300)
