@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from datetime import date, datetime
@@ -68,6 +69,8 @@ class PageContext:
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
         self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
         self._unwritten: list[Callable[[SettingsFacts], SettingsFacts]] = []  # how each change is shown
+        self._last_written = threading.Event()  # the change before
+        self._last_written.set()
         self._pages_left = 0
 
     def now(self) -> datetime:
@@ -103,10 +106,19 @@ class PageContext:
         undo: tuple[str, Callable[[], object]] | None = None,
         shown: Callable[[SettingsFacts], SettingsFacts] = lambda facts: facts,
     ) -> None:
-        """Make a change, then read the facts again. Until it is written they are ``shown(facts)``, and the next choice
-        starts from that. Errors are also shown as a message if the page has been left. ``undo``: what has happened, and
-        how to take it back."""
+        """Make a change after those before it, then read the facts again. Until it is written they are
+        ``shown(facts)``, and the next choice starts from that. Errors are also shown as a message if the page has been
+        left. ``undo``: what has happened, and how to take it back."""
         page = self._pages_left
+        before, written = self._last_written, threading.Event()
+        self._last_written = written
+
+        def write() -> object:
+            before.wait()  # of two quick taps the last counts, and the first has a thread already
+            try:
+                return work()
+            finally:
+                written.set()
 
         def ended() -> None:
             self._unwritten.remove(shown)
@@ -126,7 +138,7 @@ class PageContext:
 
         self._unwritten.append(shown)
         self.facts = shown(self.facts)
-        self.run(work, done, not_done)
+        self.run(write, done, not_done)
         self.show()
 
     def save(

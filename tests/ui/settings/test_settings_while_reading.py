@@ -184,6 +184,26 @@ def test_no_step_is_lost_while_earlier_ones_are_still_being_read(site, app, ui, 
     assert field.text == "15"
 
 
+def test_two_quick_taps_are_written_in_their_order(site, app, ui, monkeypatch):
+    site.container.catalogue.change_settings(minimum_battery_percent=30)
+    go(ui, "constraints")
+    field = ui.find(Field, label="Minimum battery")
+    ui.wait(lambda: is_saved(site, app) and field.value == 30)
+    write, second = site.container.catalogue.change_settings, Event()
+
+    def slow(minimum_battery_percent):
+        if minimum_battery_percent == 25:
+            second.wait(0.5)
+        write(minimum_battery_percent=minimum_battery_percent)
+        second.set()
+
+    monkeypatch.setattr(site.container.catalogue, "change_settings", slow)
+    for _n in range(2):
+        ui.tap(ui.find(CommandButton, root=field, icon="minus"))
+    ui.wait(lambda: is_saved(site, app))
+    assert settings(site).minimum_battery_percent == 20
+
+
 def test_a_typed_number_stays_while_the_earlier_choice_is_still_being_read(site, app, ui, hold_readings):
     site.container.catalogue.change_settings(minimum_battery_percent=30)
     go(ui, "constraints")
