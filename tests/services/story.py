@@ -15,7 +15,6 @@ from app.services.catalogue import group_edit
 from app.services.executions.transitions import Event
 from tests.services.checks import *
 from tests.services.stage import *
-from tests.support.edits import skip_next
 from tests.support.moments import once
 from tests.support.network import Fate
 from tests.support.site import GUIDS
@@ -97,10 +96,10 @@ def resume(s):
 
 @step
 def skip(s, at=None):
-    pausing, found = s.container.pausing, s.schedule()
-    s.noted.append(
-        skip_next(s.container, found.id) if at is None else pausing.skip(found.id, instant(at).replace(tzinfo=UTC))
-    )
+    found = s.schedule()
+    start = instant(at).replace(tzinfo=UTC) if at else found.next_at
+    s.container.pausing.skip(found.id, start)
+    s.noted.append(start)
 
 
 @step

@@ -23,8 +23,9 @@ def import_file(catalogue: Catalogue, **sections: Any) -> list[str]:
 
 def skip_next(container: Container, schedule_id: int) -> datetime:
     """The next start of a schedule, which is returned."""
-    schedule = container.catalogue.schedule(schedule_id)
-    return container.pausing.skip(schedule_id, schedule.next_at)
+    at = container.catalogue.schedule(schedule_id).next_at
+    container.pausing.skip(schedule_id, at)
+    return at
 
 
 def switch_robot(catalogue: Catalogue, robot_id: int, on: bool) -> Robot:

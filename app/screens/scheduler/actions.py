@@ -72,7 +72,7 @@ class ScheduleActions:
         self._act(
             schedule.id,
             lambda: self._services.pausing.skip(schedule.id, at),
-            lambda _at: self._was_skipped(schedule, at),
+            lambda _none: self._was_skipped(schedule, at),
         )
 
     def unskip(self, schedule: Schedule, at: datetime) -> None:

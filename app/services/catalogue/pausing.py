@@ -22,17 +22,23 @@ class Pausing:
     def __init__(self, catalogue: Catalogue) -> None:
         self._catalogue = catalogue
 
-    def skip(self, schedule_id: int, instant: datetime) -> datetime:
-        """Skip the start planned at that instant (UTC), which is returned. Raises InvalidInput if it is not planned."""
+    def skip(self, schedule_id: int, instant: datetime) -> None:
+        """Skip the start planned at that instant (UTC). Raises InvalidInput if it is not planned."""
 
-        def work(edit: Edit) -> datetime:
-            schedule = edit.the_schedule(schedule_id)
-            if instant in edit.schedules.skipped(edit.c, schedule_id):
-                return instant
+        def work(edit: Edit) -> None:
+            c, now, schedule = edit.c, edit.now, edit.the_schedule(schedule_id)
+            if instant in edit.schedules.skipped(c, schedule_id):
+                return
             check_is_to_come(edit, schedule, instant)
-            return _skip(edit, schedule, instant)
+            target, mission = edit.target_of(schedule), edit.the_mission(schedule.mission_id)
+            install_id = edit.stored_settings.install_id(c)
+            row = rules.scheduled(schedule, target, mission, edit.settings, install_id, instant, now)
+            reason = Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()})
+            edit.executions.add_once(c, rules.ended(row, reason, max(instant, now)))
+            leave_out(edit, schedule, instant)
+            note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is skipped")
 
-        return self._catalogue.edit(work)
+        self._catalogue.edit(work)
 
     def unskip(self, schedule_id: int, instant: datetime, *, must_run: bool = False) -> None:
         """Undo the skip of that start (UTC). Raises InvalidInput if its time has passed, and with ``must_run`` also if
@@ -102,17 +108,6 @@ def check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None:
 def _has_passed(edit: Edit, schedule: Schedule, instant: datetime) -> bool:
     """Also if its row already exists just before it."""
     return instant <= edit.now or (schedule.planned_through is not None and instant <= schedule.planned_through)
-
-
-def _skip(edit: Edit, schedule: Schedule, at: datetime) -> datetime:
-    c, now = edit.c, edit.now
-    target, mission = edit.target_of(schedule), edit.the_mission(schedule.mission_id)
-    row = rules.scheduled(schedule, target, mission, edit.settings, edit.stored_settings.install_id(c), at, now)
-    reason = Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()})
-    edit.executions.add_once(c, rules.ended(row, reason, max(at, now)))
-    leave_out(edit, schedule, at)
-    note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(at)} is skipped")
-    return at
 
 
 def leave_out(edit: Edit, schedule: Schedule, at: datetime) -> None:
