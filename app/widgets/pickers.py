@@ -53,7 +53,16 @@ class TimeCells(Fires, GridLayout):
             cell.selected = cell.number == self.chosen
 
 
-class TimeSheet(Picker):
+class EnterPicks(Picker):
+    """Enter picks what is chosen."""
+
+    def takes_key(self, key, text):
+        if key in ENTER:
+            self.on_done()
+        return key in ENTER
+
+
+class TimeSheet(EnterPicks):
     """Picks a datetime.time: an hour and a minute, in any order, or the button."""
 
     hour = NumericProperty(0)
@@ -80,7 +89,7 @@ class TimeSheet(Picker):
         self.dispatch("on_pick", time(int(self.hour), int(self.minute)))
 
 
-class DateSheet(Picker):
+class DateSheet(EnterPicks):
     """Picks a datetime.date in a month of days.
 
     ``months`` are the twelve names, ``weekdays`` the seven short ones from Monday, ``written(day)`` a day in words; days before ``first``
@@ -117,11 +126,6 @@ class DateSheet(Picker):
 
     def on_done(self):
         self.dispatch("on_pick", self.chosen)
-
-    def takes_key(self, key, text):
-        if key in ENTER:
-            self.on_done()
-        return key in ENTER
 
     def _build(self, *_):
         year, month = int(self.year), int(self.month)

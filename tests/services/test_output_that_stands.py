@@ -31,7 +31,7 @@ from tests.support.process import (
 )
 
 ENDS_WITHIN = 15.0  # s after SIGTERM, on a busy machine
-XOFF = b"\x13"  # Ctrl-S
+XOFF, XON = b"\x13", b"\x11"  # Ctrl-S, Ctrl-Q
 
 
 @pytest.fixture
@@ -175,6 +175,17 @@ def test_a_blocked_terminal_delays_no_start_and_no_end(site, robot, stopped):
         os.write(terminal, XOFF)
         check_it_schedules(site, robot)
         assert b"Now added" not in b"".join(said)
+        check_it_ends(app)
+
+
+@pytest.mark.long
+def test_lines_that_a_terminal_missed_come_when_it_continues(site, robot):
+    with on_a_terminal(site) as (app, terminal, said):
+        wait_for(lambda: b"ready" in b"".join(said), what="ready")
+        os.write(terminal, XOFF)
+        check_it_schedules(site, robot)
+        os.write(terminal, XON)
+        wait_for(lambda: b"Home" in b"".join(said), what="the line about it")
         check_it_ends(app)
 
 

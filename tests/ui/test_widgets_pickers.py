@@ -54,6 +54,14 @@ def test_an_hour_and_a_minute_are_a_time_in_any_order(ui, dialogs, cells):
     assert (picked, dialogs.top) == ([time(7, 45)], None)
 
 
+def test_enter_picks_the_time_that_is_shown(ui, dialogs):
+    picked: list[time] = []
+    dialogs.pick_time("Time", time(6, 30), picked.append)
+    ui.advance(1)
+    ui.key(13)
+    assert (picked, dialogs.top) == ([time(6, 30)], None)
+
+
 # ---------------------------------------------------------------------- date
 def pick_date(dialogs, picked, first=None):
     return dialogs.pick_date("First day", date(2026, 11, 23), picked.append, today=date(2026, 11, 20), first=first)

@@ -68,15 +68,6 @@ def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]
     return values
 
 
-def problems_of(parameters: Sequence[MissionParameter]) -> Mapping[str, str]:
-    """What the robot's own values leave to be entered."""
-    try:
-        values_of(parameters, {field.name: field.default for field in fields_of(parameters)})
-    except Problems as problems:
-        return dict(problems.by_name)
-    return {}
-
-
 def _field(parameter: MissionParameter) -> str:
     kind = kind_of(parameter)
     if kind == "choice" and (parameter.is_position or len(parameter.choices) > CHIPS):

@@ -154,12 +154,12 @@ class Draft:
 
     @property
     def between(self) -> Between | None:
-        """The part of the day of "every …". Raises InvalidInput when its end is not after its beginning."""
+        """The part of the day of "every …". Raises InvalidInput when it ends before it begins."""
         if self.kind is Kind.OTHER:
             return self.origin.between if self.origin else None
         if self.kind is not Kind.EVERY or self.all_day:
             return None
-        if self.until_time <= self.at:
+        if self.until_time < self.at:
             raise InvalidInput("until_time", "It must end after it begins. Over midnight: make two schedules")
         return Between(self.at, self.until_time)
 

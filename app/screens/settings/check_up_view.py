@@ -11,7 +11,7 @@ from app.i18n import _, ngettext
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import Appearance
-from app.screens.settings.view import NoticeView, asking_robot, went_wrong
+from app.screens.settings.view import NoticeView, went_wrong
 from app.services.check_up.report import LEVELS, TOPICS
 from app.widgets.items import Action, Item, Option
 
@@ -151,7 +151,8 @@ def not_yet(target: Robot | Fleet) -> str:
 
 
 def asking(target: Robot | Fleet) -> NoticeView:
-    return NoticeView(_("Asking the fleet …"), icon="timer-sand") if isinstance(target, Fleet) else asking_robot()
+    text = _("Asking the fleet …") if isinstance(target, Fleet) else _("Asking the robot …")
+    return NoticeView(text, icon="timer-sand")
 
 
 def begin_word(target: Robot | Fleet, trial: Trial | None) -> str:

@@ -132,9 +132,12 @@ class EditSheet(SettingsSheet):
         """What has changed elsewhere is shown where nothing else was entered."""
         stored = with_id(getattr(self.context.facts, self.kind), self.stored_id)
         if stored is not None and not self.saving:
-            before, now = self.shown(self.stored), self.shown(stored)
-            changed = {name: getattr(now, name) for name in _differing(before, now) - _differing(before, self.it)}
-            self.stored, self.it = stored, replace(self.it, **changed)
+            self._follow(self.stored, stored)
+
+    def _follow(self, before: Any, stored: Any) -> None:
+        was, now = self.shown(before), self.shown(stored)
+        changed = {name: getattr(now, name) for name in _differing(was, now) - _differing(was, self.it)}
+        self.stored, self.it = stored, replace(self.it, **changed)
 
     # ------------------------------------------------------------------ what is pressed
     def on_done(self) -> None:
@@ -167,8 +170,9 @@ class EditSheet(SettingsSheet):
         self.saving, self.outcome = True, NoticeView()
 
         def done(saved: Any) -> None:
-            self.saving, self.stored = False, saved
+            self.saving = False
             if kept is None:
+                self.stored = saved
                 context.shell.sheets.close(self)
                 context.say((_("{name} added") if is_new else _("{name} saved")).format(name=saved.name))
             elif was := {name: getattr(before, name) for name in _differing(before, kept) & _differing(before, saved)}:
@@ -183,14 +187,16 @@ class EditSheet(SettingsSheet):
             context.was_saved(self.kind, saved)
             if is_new:
                 self.was_added(saved)
-            if kept is not None and self.settled() != kept:  # changed since
-                self.keep()
+            if kept is not None:
+                self._follow(kept, saved)
+                self.keep()  # what was changed since
 
         def not_done(problem: BaseException) -> None:
-            """What is red stays, to be corrected."""
+            """What is red stays, to be corrected, and what was entered since."""
             self.refuse(problem)
             if kept is not None:
-                stored, names = self.shown(before), {*self.at_once} - self.problems.keys()
+                stored, entered = self.shown(before), self.entered()
+                names = _differing(before, kept) - _differing(kept, entered) - self.problems.keys()
                 self.it = replace(self.it, **{name: getattr(stored, name) for name in names})
 
         context.run(write, done, not_done)

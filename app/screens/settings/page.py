@@ -64,7 +64,7 @@ class PageContext:
     ) -> None:
         self.services, self.refresh = services, refresh
         self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
-        self.facts = SettingsFacts()
+        self.facts = self._known = SettingsFacts()  # as they are shown; as they are stored
         self.is_shown, self.show = is_shown, show
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
         self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
@@ -120,17 +120,19 @@ class PageContext:
             finally:
                 written.set()
 
-        def ended() -> None:
+        def ended(known: SettingsFacts) -> None:
             self._unwritten.remove(shown)
+            self.take(known)
+            self.show()
             self.refresh()
 
         def done(_result: object) -> None:
-            ended()
+            ended(shown(self._known))
             if undo is not None:
                 self.offer_undo(*undo)
 
         def not_done(problem: BaseException) -> None:
-            ended()
+            ended(self._known)
             if failed is not None:
                 failed(problem)
             if failed is None or page != self._pages_left:
@@ -157,14 +159,14 @@ class PageContext:
         )
 
     def take(self, facts: SettingsFacts) -> None:
-        """They were read; what is not written yet stays as it was chosen."""
+        """They are stored; what is not written yet stays as it was chosen."""
+        self.facts = self._known = facts
         for shown in self._unwritten:
-            facts = shown(facts)
-        self.facts = facts
+            self.facts = shown(self.facts)
 
     def was_saved(self, kind: str, it: Any) -> None:
         """The next edit starts from it."""
-        self.facts = self.facts.having(kind, it)
+        self.take(self._known.having(kind, it))
         self.show()
         self.refresh()
 

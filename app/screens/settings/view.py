@@ -302,10 +302,6 @@ def has_unknown_certificate(problem: BaseException) -> bool:
     return isinstance(problem, CertificateProblem) and problem.code in ("certificate_untrusted", "certificate_mismatch")
 
 
-def asking_robot() -> NoticeView:
-    return NoticeView(_("Asking the robot …"), "", "neutral", "timer-sand")
-
-
 def answers(facts: SettingsFacts, robot: Robot) -> bool:
     """Whether the robot is enabled and reachable now."""
     return robot.enabled and facts.snapshot(robot.id).connection in (Connection.CONNECTED, Connection.SLOW)

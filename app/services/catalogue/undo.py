@@ -91,8 +91,9 @@ _TOGETHER: Mapping[type, Sequence[Sequence[str]]] = MappingProxyType(
 
 def change(edit: Edit, before: T | None, after: T, *, must_be_unchanged: bool = False, **how: Any) -> T:
     """Write what differs between the two to what is stored now, and with it what belongs together with that; without one ``before`` it is
-    added. ``must_be_unchanged``: raises InvalidInput if something of that is another now than in ``before``. ``how`` a robot is saved: as
-    in ``robot_edit.save``."""
+    added. Raises InvalidInput where somebody has changed what belongs together of a schedule since it was opened, and with
+    ``must_be_unchanged`` if anything that would be written is another now than in ``before``. ``how`` a robot is saved: as in
+    ``robot_edit.save``."""
     read, save = _READ_AND_SAVE[type(after)]
     if before is None:
         added: T = save(edit, after, **how)
@@ -101,8 +102,11 @@ def change(edit: Edit, before: T | None, after: T, *, must_be_unchanged: bool = 
     differing = {name for name, value in vars(after).items() if value != getattr(before, name)}
     differing = differing.union(*(each for each in _TOGETHER.get(type(before), ()) if differing & set(each)))
     differing -= schedule_edit.NOT_THE_RULE
-    if must_be_unchanged and any(getattr(stored, name) != getattr(before, name) for name in differing):
+    changed = {name for name in differing if getattr(stored, name) != getattr(before, name)}
+    if must_be_unchanged and changed:
         raise changed_again(stored.name)
+    if isinstance(stored, Schedule) and any(changed & set(each) for each in _TOGETHER[Schedule]):
+        raise InvalidInput("schedule", "{name} has been changed since you opened it: open it again", name=stored.name)
     values = {name: getattr(after, name) for name in differing}
     if isinstance(stored, Schedule) and "name" not in differing and edit.has_generated_name(stored):
         values["name"] = ""  # it follows the change

@@ -171,12 +171,6 @@ class CheckUpsOf(ABC, Generic[T, C, J]):
             raise
         if problem is not None:
             journal.warn(problem)
-        log.info(
-            "%s %r: what a check-up left there is %s",
-            self.WHAT,
-            it.name,
-            "put back" if problem is None else "still there",
-        )
         return problem
 
     def left_behind(self) -> Collection[int]:

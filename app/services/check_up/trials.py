@@ -178,7 +178,11 @@ class Trials:
             )
             journal.end()
             return None
-        return self._put_back(session, robot, journal, is_late=self._is_late(robot, left)).problem
+        problem = self._put_back(session, robot, journal, is_late=self._is_late(robot, left)).problem
+        log.info(
+            "robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there"
+        )
+        return problem
 
     def _is_late(self, robot: Robot, left: LeftBehind) -> bool:
         """Whether a person may have taken the robot since: the trial began long ago, or its hold was ended."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
-from datetime import timedelta
+from datetime import time, timedelta
 
 import pytest
 
@@ -178,6 +178,16 @@ def test_values_saved_elsewhere_stay_where_nothing_was_entered(screen, container
     after = stored(container, changed)
     assert (after.name, after.priority, after.minimum_battery_percent, after.enabled) == ("Inventory", 3, 55, False)
     assert after.paused_until is not None
+
+
+def test_times_entered_are_not_written_over_those_saved_elsewhere(screen, container, ui):
+    screen.plan.edit(stock(container).id)
+    screen.plan.form.set(at=time(5, 45))
+    changed = container.catalogue.save_schedule(replace(stock(container), recurrence="FREQ=WEEKLY;BYDAY=TU"))
+    settle(screen, ui)
+    save(screen, ui)
+    assert screen.plan.form.view.why == f"{changed.name} has been changed since you opened it: open it again"
+    assert stored(container, changed).recurrence == "FREQ=WEEKLY;BYDAY=TU"
 
 
 def test_a_robot_that_was_renamed_takes_no_name_from_its_schedules(screen, container, ui):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import datetime
+from threading import Event
 
 from app.database.errors import DatabaseUnavailable
 from app.database.missions import StopRepository
@@ -166,7 +167,11 @@ def test_a_group_is_changed_at_once_and_changed_back(site, app, ui):
 
 
 def test_what_a_group_could_not_save_is_not_shown_as_saved(site, app, ui, monkeypatch):
+    """And what was typed in that time stays."""
+    is_typed = Event()
+
     def refuse(*_args):
+        assert is_typed.wait(30)
         raise DatabaseUnavailable("The disk is full")
 
     site.add_robots()
@@ -176,8 +181,10 @@ def test_what_a_group_could_not_save_is_not_shown_as_saved(site, app, ui, monkey
     dialog = open_row(ui, "Hall 1")
     monkeypatch.setattr(site.container.catalogue, "change", refuse)
     dialog.choose(hand_over=HandOver.AT_ONCE)
+    dialog.enter(name="Hall 9")
+    is_typed.set()
     ui.wait(lambda: dialog.outcome.text.startswith("The disk is full"))
-    assert dialog.it == groups(site)[0]
+    assert dialog.it == replace(groups(site)[0], name="Hall 9")
 
 
 def test_deleting_a_group_names_its_schedules_and_is_undone(site, app, ui):

@@ -228,7 +228,7 @@ def test_a_value_that_could_not_be_saved_shows_the_stored_one(site, app, ui, mon
     monkeypatch.setattr(site.container.catalogue, "change_settings", refuse)
     ui.tap(ui.find(Segment, text="Mon"))
     ui.wait(lambda: says(ui, "The disk is full"))
-    ui.wait(lambda: ui.find(Segment, text="Mon").selected)
+    assert ui.find(Segment, text="Mon").selected
 
 
 def test_an_unwritten_choice_stays_whatever_is_read(site, app, ui, monkeypatch):
@@ -247,4 +247,4 @@ def test_an_unwritten_choice_stays_whatever_is_read(site, app, ui, monkeypatch):
     assert not ui.find(Segment, text="Mon").selected
     go_on.set()
     ui.wait(lambda: says(ui, "The disk is full"))
-    ui.wait(lambda: ui.find(Segment, text="Mon").selected)
+    assert ui.find(Segment, text="Mon").selected

@@ -305,19 +305,23 @@ def test_of_two_changes_at_the_same_time_both_stay_and_each_is_undone_alone(worl
         catalogue.change_back(read, once)
 
 
-def test_what_was_chosen_together_stays_together(world):
-    """Of two changes at the same time of the robot, or of the times: the later one, whole."""
-    catalogue, read = world.catalogue, world.schedule()
+def test_what_was_chosen_together_is_not_written_over_what_was_chosen_elsewhere(world):
+    catalogue, opened = world.catalogue, world.schedule()
     group = catalogue.save_group(Group("Carts", (world.robot.id,)))
-    catalogue.change(read, replace(read, robot_id=None, group_id=group.id, finish_by_minutes=90))
-    catalogue.change(read, replace(read, recurrence="FREQ=WEEKLY;BYDAY=MO"))
-    later = catalogue.change(read, replace(read, mission_id=catalogue.save_mission(Mission("Home", "guid-2")).id))
-    assert (later.robot_id, later.group_id, later.finish_by_minutes) == (None, group.id, 90)
-    later = catalogue.change(read, replace(read, start=read.start.replace(hour=5)))
-    assert (later.start.hour, later.recurrence) == (5, read.recurrence)
-    other = catalogue.save_robot(Robot("Sisu", "http://10.0.0.9", "distributor"), "secret")
-    later = catalogue.change(read, replace(read, robot_id=other.id))
-    assert (later.robot_id, later.group_id, later.finish_by_minutes) == (other.id, None, None)
+    catalogue.change(opened, replace(opened, robot_id=None, group_id=group.id, finish_by_minutes=90))
+    catalogue.change(opened, replace(opened, recurrence="FREQ=WEEKLY;BYDAY=MO"))
+    later = catalogue.change(opened, replace(opened, parameters={"count": 5}))
+    assert (later.group_id, later.recurrence, later.parameters) == (group.id, "FREQ=WEEKLY;BYDAY=MO", {"count": 5})
+    mission = catalogue.save_mission(Mission("Home", "guid-2"))
+    for changes in (
+        {"start": opened.start.replace(hour=5)},
+        {"finish_by_minutes": 20},
+        {"parameters": {"height": 2}},
+        {"mission_id": mission.id},
+    ):
+        with pytest.raises(InvalidInput, match="Morning has been changed since you opened it"):
+            catalogue.change(opened, replace(opened, **changes))
+    assert catalogue.change(opened, replace(opened, priority=1)) == replace(later, priority=1)
 
 
 def test_a_new_connection_is_written_whole_and_leaves_the_rest_as_it_is(world):

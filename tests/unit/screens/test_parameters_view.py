@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from app.domain.robot import MissionParameter
-from app.screens.common.parameters_view import Problems, fields_of, problems_of, values_of
+from app.screens.common.parameters_view import Problems, fields_of, values_of
 
 PLACE = MissionParameter("place", "Pick-up place", choices=(("K1", "Kitting 1"), ("K2", "Kitting 2")), default="K1")
 COUNT = MissionParameter("count", "Pallets", "Integer", 2, 1, 8)
@@ -77,7 +77,6 @@ def test_a_value_that_a_schedule_has_by_name_is_shown_as_chosen():
 def test_a_default_on_another_map_has_to_be_chosen_by_a_person():
     goal = replace(GOAL, default="g-3", on_other_maps=(("g-3", "Yard"),))
     assert fields_of([goal])[0].default is None
-    assert problems_of([goal]) == {"goal": "Choose one"}
 
 
 def test_numbers_have_their_unit_and_range():

@@ -68,6 +68,8 @@ def test_every_runs_between_two_times_or_round_the_clock():
     assert replace(between, all_day=True).schedule().between is None
     again = Draft.of(replace(between.schedule(), id=7))
     assert (again.at, again.until_time, again.all_day) == (time(8, 30), time(16, 45), False)
+    once_a_day = replace(between, until_time=time(8, 30))
+    assert once_a_day.schedule().between == Between(time(8, 30), time(8, 30))
 
 
 @pytest.mark.parametrize(
@@ -76,7 +78,7 @@ def test_every_runs_between_two_times_or_round_the_clock():
         ({"mission_id": None}, "mission"),
         ({"robot_id": None}, "robot"),
         ({"kind": Kind.WEEKLY, "weekdays": ()}, "weekdays"),
-        ({"kind": Kind.EVERY, "at": time(18), "until_time": time(18)}, "until_time"),
+        ({"kind": Kind.EVERY, "at": time(18), "until_time": time(17, 59)}, "until_time"),
         ({"kind": Kind.DAILY, "last_day": date(2026, 11, 22)}, "last_day"),
     ],
 )
