@@ -85,6 +85,10 @@ class TimeSheet(EnterPicks):
             turn_to(self.ids.minutes.__self__)
             rest.after_moving()
 
+    def turn(self, minutes: int) -> None:
+        """That much later: before 17:00 is 16:59."""
+        self.hour, self.minute = divmod(int(self.hour * 60 + self.minute + minutes) % (24 * 60), 60)
+
     def on_done(self):
         self.dispatch("on_pick", time(int(self.hour), int(self.minute)))
 

@@ -138,12 +138,12 @@ class ConnectionSheet(EditSheet):
 
     def test(self) -> None:
         """Test the connection, without saving."""
-        self._begin(saves=False)
+        self.when_kept(lambda: self._begin(saves=False))
 
     def save(self) -> None:
         """Save a connection that has been tested; test it first if it has not. After a failed test the next press saves
         anyway."""
-        self._begin(saves=True)
+        self.when_kept(lambda: self._begin(saves=True))
 
     def _begin(self, *, saves: bool) -> None:
         """Say what is left out, or belongs to another one."""
@@ -189,7 +189,7 @@ class ConnectionSheet(EditSheet):
         elif self._needs_test():
             self.try_it()
         else:
-            super().save()
+            self._save()
 
     def _use_http(self) -> None:
         self._may_be_open = True

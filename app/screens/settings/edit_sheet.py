@@ -76,6 +76,8 @@ class EditSheet(SettingsSheet):
 
     def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
         self.context, self._first = context, it
+        self._is_keeping = False  # what is saved at once is being written
+        self._waits: Callable[[], object] | None = None  # what was pressed in that time
         stored = it if it.id else None
         foot = "" if self.at_once and stored is not None else _("Save")
         super().__init__(stored=stored, it=self.shown(it), foot=foot, **kwargs)
@@ -131,7 +133,7 @@ class EditSheet(SettingsSheet):
     def show_facts(self) -> None:
         """What has changed elsewhere is shown where nothing else was entered."""
         stored = with_id(getattr(self.context.facts, self.kind), self.stored_id)
-        if stored is not None and not self.saving:
+        if stored is not None and not (self.saving or self._is_keeping):
             self._follow(self.stored, stored)
 
     def _follow(self, before: Any, stored: Any) -> None:
@@ -154,11 +156,22 @@ class EditSheet(SettingsSheet):
 
     def keep(self) -> None:
         """Save what was changed of something that is stored, and nothing else of it."""
-        if self.stored is not None and not self.saving and (settled := self.settled()) != self.stored:
+        is_free = self.stored is not None and not (self.saving or self._is_keeping)
+        if is_free and (settled := self.settled()) != self.stored:
             stored, catalogue = self.stored, self.context.services.catalogue
             self.store(lambda: catalogue.change(stored, settled), settled)
 
+    def when_kept(self, act: Callable[[], object]) -> None:
+        """Now, or once what is saved at once is written: a finger that leaves a field for *Save* does both."""
+        if self._is_keeping:
+            self._waits = act
+        else:
+            act()
+
     def save(self) -> None:
+        self.when_kept(self._save)
+
+    def _save(self) -> None:
         if not self.saving:
             entered, stored, how, catalogue = self.entered(), self.stored, self.how(), self.context.services.catalogue
             self.store(lambda: catalogue.change(stored, entered, **how))
@@ -167,10 +180,10 @@ class EditSheet(SettingsSheet):
         """``kept``: what is saved at once; without it the sheet closes."""
         context, before, is_new = self.context, self.stored, self.stored is None
         change_back = context.services.catalogue.change_back
-        self.saving, self.outcome = True, NoticeView()
+        self.saving, self._is_keeping, self.outcome = kept is None, kept is not None, NoticeView()
 
         def done(saved: Any) -> None:
-            self.saving = False
+            self.saving = self._is_keeping = False
             if kept is None:
                 self.stored = saved
                 context.shell.sheets.close(self)
@@ -190,9 +203,13 @@ class EditSheet(SettingsSheet):
             if kept is not None:
                 self._follow(kept, saved)
                 self.keep()  # what was changed since
+            if self._waits is not None and not self._is_keeping:
+                act, self._waits = self._waits, None
+                act()
 
         def not_done(problem: BaseException) -> None:
             """What is red stays, to be corrected, and what was entered since."""
+            self._is_keeping, self._waits = False, None
             self.refuse(problem)
             if kept is not None:
                 stored, entered = self.shown(before), self.entered()

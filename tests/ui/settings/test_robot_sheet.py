@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from threading import Event
 
 import pytest
 
@@ -32,6 +33,26 @@ def test_a_corrected_user_name_alone_is_tested_again(site, ui, refused, button):
     assert refused.problems == {}
     press(ui, button, refused)
     ui.wait(lambda: refused.outcome.tone == "done" or robots(site))
+
+
+def test_save_right_after_a_new_name_saves_the_rest_too(site, ui, monkeypatch):
+    """Leaving the field saves the name; the tap on Save comes while that is being written."""
+    site.add_robots()
+    go(ui, "robots")
+    dialog = open_row(ui, "Aino")
+    enter(ui, entry(dialog, "password"), PASSWORD)
+    enter(ui, entry(dialog, "name"), "Alma")
+    change, is_pressed = site.container.catalogue.change, Event()
+
+    def slow(*args, **how):
+        assert is_pressed.wait(30)
+        return change(*args, **how)
+
+    monkeypatch.setattr(site.container.catalogue, "change", slow)
+    press(ui, "Save", dialog)
+    is_pressed.set()
+    ui.wait(lambda: not ui.find_all(RobotSheet))
+    assert "Alma" in [robot.name for robot in robots(site)]
 
 
 def test_a_refusal_leaves_the_buttons_where_they_were(ui, app, site):
