@@ -159,7 +159,7 @@ class PageContext:
         )
 
     def take(self, facts: SettingsFacts) -> None:
-        """They are stored; what is not written yet stays as it was chosen."""
+        """They are stored; a choice that is not written yet stays."""
         self.facts = self._known = facts
         for shown in self._unwritten:
             self.facts = shown(self.facts)
