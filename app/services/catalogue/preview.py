@@ -6,11 +6,11 @@ A concern never prevents saving. Invalid schedules raise InvalidInput, by the sa
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime
 from enum import StrEnum
-from itertools import islice, takewhile
+from itertools import islice
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -100,8 +100,6 @@ class Forecast:
 class Forecasts:
     def __init__(self, db: Database, clock: Clock, live: LiveRobots = NO_LIVE_ROBOTS) -> None:
         self._db, self._clock, self._live = db, clock, live
-        self._schedules, self._robots, self._missions = ScheduleRepository(), RobotRepository(), MissionRepository()
-        self._settings = SettingsRepository()
 
     def of(
         self, draft: Schedule, known_missions: Mapping[str, str] | None = None, until: datetime | None = None
@@ -112,96 +110,20 @@ class Forecasts:
         which all its starts are wanted (UTC). Raises InvalidInput for an invalid rule.
         """
         c = self._db.read()
-        settings = self._settings.load(c)
-        calendar = working_calendar(c, settings)
+        calendar = working_calendar(c, SettingsRepository().load(c))
         draft = validation.schedule(draft)
         validation.one_time_on_working_day(draft, calendar)
-        mission, target = self._missions.get(c, draft.mission_id), target_of(c, draft)
-        robot = target if isinstance(target, Robot) else None
-        now = self._clock.now()
-        paused_until = draft.paused_until if draft.paused_until is not None and draft.paused_until > now else None
-        begins = paused_until - MOMENT if paused_until else now
-        moved = self._schedules.moved_away(c)
-        skips = self._schedules.skips_from(c, now)
-        if draft.moved_of is not None and draft.moved_from is not None:
-            skips.add((draft.moved_of, draft.moved_from))
-        ahead = (start for start in occurrences(draft, begins, calendar) if (draft.id, start.instant) not in skips)
-        wanted = takewhile(lambda n: n[0] < STARTS or (until is not None and n[1].instant < until), enumerate(ahead))
-        starts = tuple(start for _n, start in islice(wanted, MOST_SHOWN)) if draft.enabled else ()
-        skipped = tuple(
-            sorted(
-                at
-                for number, at in skips
-                if number == draft.id
-                and (number, at) not in moved
-                and draft.enabled
-                and at > begins
-                and next_occurrence(draft, at - MOMENT, calendar) == at
-            )
+        look = _Look(c, draft, calendar, self._clock.now(), until, self._live)
+        conflicts, free_at = look.conflicts()
+        concerns = (
+            *_target(look, known_missions or {}),
+            *_stopped(draft, look.paused_until),
+            *_days_off(look),
+            *_clock_changes(look.starts, draft.timezone),
+            *conflicts,
+            *_finish_by(look),
         )
-        durations = MissionDurations(c, GroupRepository().all(c), self._live)
-        usual = durations.usual_on(target, mission) if mission and target else None
-        concerns: list[Concern] = []
-        if robot is not None and not robot.enabled:
-            concerns.append(Concern(ConcernCode.ROBOT_OFF, details={"robot": robot.name}))
-        if mission is not None and robot is not None and _is_missing(mission, robot.id, known_missions):
-            concerns.append(
-                Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": robot.name})
-            )
-        if mission is not None and isinstance(target, Group) and self._is_lacking(c, durations, target, mission.name):
-            concerns.append(
-                Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name})
-            )
-        concerns += self._not_checked_up(c, target)
-        if not draft.enabled:
-            concerns.append(Concern(ConcernCode.SWITCHED_OFF))
-        elif paused_until:
-            concerns.append(Concern(ConcernCode.PAUSED, details={"until": paused_until}))
-        concerns += (off := tuple(_weekdays_off(draft, calendar)))
-        if not starts and draft.enabled:
-            concerns += [Concern(ConcernCode.NO_START)] if not any(each.details["all"] for each in off) else []
-        elif (
-            starts
-            and draft.recurrence is not None
-            and draft.respect_working_days
-            and not off
-            and _begins_on_day_off(draft, now, calendar)
-        ):
-            concerns.append(
-                Concern(
-                    ConcernCode.DAY_OFF,
-                    details={"day": draft.start.date(), "name": calendar.day_status(draft.start.date()).name},
-                )
-            )
-        if passed_over := tuple(_closed_days(draft, starts, begins, calendar)):
-            concerns.append(Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over}))
-        concerns += _clock_changes(starts, draft.timezone)
-        free_at = None
-        if mission is not None and target is not None:
-            others = DraftConflicts(c, durations, draft, target, mission, usual, starts, calendar, skips)
-            found, free_at = self._conflicts(draft, usual, starts, others)
-            concerns += found
-        concerns += _finish_by(draft, mission, usual)
-        return Forecast(starts, usual, tuple(concerns), free_at, skipped)
-
-    def _conflicts(
-        self, draft: Schedule, usual: DurationEstimate | None, starts: Sequence[Occurrence], others: DraftConflicts
-    ) -> tuple[list[Concern], datetime | None]:
-        """With other schedules, and the nearest time of the first start without any."""
-        near = others.on_its_robot
-        behind, of_resources = list(others.behind()), list(others.of_resources())
-        reported = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
-        overlaps = list(find_overlaps(starts, usual, near)) if draft.robot_id is not None else []
-        concerns = [
-            _overlap(run)
-            for run in overlaps
-            if (run.other.schedule.id, max(run.at, run.other.at), min(run.at, run.other.at)) not in reported
-        ]
-        concerns += [Concern(ConcernCode(each.code), each.at, each.details) for each in [*behind, *of_resources]]
-        if not (overlaps or of_resources) or draft.between is not None or "BYHOUR" in (draft.recurrence or "").upper():
-            return concerns, None
-        shift = free_shift(starts, usual, near, self._clock.now(), others.has_room)
-        return concerns, None if shift is None else draft.start + shift
+        return Forecast(look.starts, look.usual, concerns, free_at, look.skipped)
 
     def free_at(self, draft: Schedule) -> datetime | None:
         """Naive local time of the nearest first start without an overlap in the plan, possibly its own. None if there
@@ -212,45 +134,134 @@ class Forecasts:
             return None
         return found.free_at if codes & _IN_THE_WAY else draft.start
 
-    def _is_lacking(self, c: sqlite3.Connection, durations: MissionDurations, group: Group, mission: str) -> bool:
-        """Whether none of its robots that are switched on has the mission."""
-        members = self._usable(c, group)
-        return bool(members) and not any(durations.has(robot.id, mission) for robot in members)
 
-    def _usable(self, c: sqlite3.Connection, group: Group) -> list[Robot]:
-        return [
-            robot
-            for robot in self._robots.all(c)
-            if robot.id in group.members and robot.enabled and not robot.needs_password
+class _Look:
+    """What the database says of a valid draft, its next starts, and what they meet."""
+
+    def __init__(
+        self,
+        c: sqlite3.Connection,
+        draft: Schedule,
+        calendar: WorkingCalendar,
+        now: datetime,
+        until: datetime | None,
+        live: LiveRobots,
+    ) -> None:
+        self.draft, self.calendar, self.now = draft, calendar, now
+        self.mission, self.target = MissionRepository().get(c, draft.mission_id), target_of(c, draft)
+        members = self.target.members if isinstance(self.target, Group) else ()
+        self.usable = [r for r in RobotRepository().all(c) if r.id in members and r.enabled and not r.needs_password]
+        self.paused_until = draft.paused_until if draft.is_paused(now) else None
+        self.begins = self.paused_until - MOMENT if self.paused_until else now
+        self._c, self._skips = c, ScheduleRepository().skips_from(c, now)
+        if draft.moved_of is not None and draft.moved_from is not None:
+            self._skips.add((draft.moved_of, draft.moved_from))
+        self.starts = tuple(self._starts(until)) if draft.enabled else ()
+        self.skipped = tuple(self._skipped()) if draft.enabled else ()
+        self.durations = MissionDurations(c, GroupRepository().all(c), live)
+        self.usual = (
+            self.durations.usual_on(self.target, self.mission)
+            if self.target is not None and self.mission is not None
+            else None
+        )
+
+    def _starts(self, until: datetime | None) -> Iterator[Occurrence]:
+        found = occurrences(self.draft, self.begins, self.calendar)
+        ahead = (start for start in found if (self.draft.id, start.instant) not in self._skips)
+        for number, start in enumerate(islice(ahead, MOST_SHOWN)):
+            if number >= STARTS and (until is None or start.instant >= until):
+                return
+            yield start
+
+    def _skipped(self) -> Iterator[datetime]:
+        moved = ScheduleRepository().moved_away(self._c)
+        for number, at in sorted(self._skips - moved):
+            is_its_own = number == self.draft.id and at > self.begins
+            if is_its_own and next_occurrence(self.draft, at - MOMENT, self.calendar) == at:
+                yield at
+
+    def conflicts(self) -> tuple[list[Concern], datetime | None]:
+        """With other schedules, and the naive local time nearest to the first start without any."""
+        if self.mission is None or self.target is None:
+            return [], None
+        draft, usual, starts = self.draft, self.usual, self.starts
+        others = DraftConflicts(
+            self._c, self.durations, draft, self.target, self.mission, usual, starts, self.calendar, self._skips
+        )
+        near, behind, of_resources = others.on_its_robot, list(others.behind()), list(others.of_resources())
+        overlaps = list(find_overlaps(starts, usual, near)) if draft.robot_id is not None else []
+        reported = {(conflict.details["schedule_id"], conflict.details["start"], conflict.at) for conflict in behind}
+        concerns = [
+            _overlap(run)
+            for run in overlaps
+            if (run.other.schedule.id, max(run.at, run.other.at), min(run.at, run.other.at)) not in reported
         ]
-
-    def _not_checked_up(self, c: sqlite3.Connection, target: Robot | Group | None) -> Iterator[Concern]:
-        """Nothing is sent to any of its robots by itself, as their fleets were not checked up."""
-        robots = self._usable(c, target) if isinstance(target, Group) else [target] if target is not None else []
-        fleets = [robot.fleet for robot in robots if robot.fleet is not None and robot.fleet.known is None]
-        if fleets and len(fleets) == len(robots):
-            yield Concern(ConcernCode.NOT_CHECKED_UP, details={"fleet": fleets[0].name})
+        concerns += [Concern(ConcernCode(each.code), each.at, each.details) for each in [*behind, *of_resources]]
+        if not (overlaps or of_resources) or draft.between is not None or "BYHOUR" in (draft.recurrence or "").upper():
+            return concerns, None
+        shift = free_shift(starts, usual, near, self.now, others.has_room)
+        return concerns, None if shift is None else draft.start + shift
 
 
-def _finish_by(draft: Schedule, mission: Mission | None, usual: DurationEstimate | None) -> Iterator[Concern]:
+# ---------------------------------------------------------------------- what may be wrong
+def _target(look: _Look, known_missions: Mapping[str, str]) -> Iterator[Concern]:
+    """Whether its robot, or one of its group, is switched on, has the mission, and may be sent missions by itself."""
+    mission, target, robots = look.mission, look.target, look.usable
+    if isinstance(target, Robot):
+        robots = [target]
+        if not target.enabled:
+            yield Concern(ConcernCode.ROBOT_OFF, details={"robot": target.name})
+        if mission is not None and _is_missing(mission, target.id, known_missions):
+            yield Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "robot": target.name})
+    elif (
+        target is not None
+        and mission is not None
+        and robots
+        and not any(look.durations.has(robot.id, mission.name) for robot in robots)
+    ):
+        yield Concern(ConcernCode.MISSION_MISSING, details={"mission": mission.name, "group": target.name})
+    fleets = [robot.fleet for robot in robots if robot.fleet is not None and robot.fleet.known is None]
+    if fleets and len(fleets) == len(robots):
+        yield Concern(ConcernCode.NOT_CHECKED_UP, details={"fleet": fleets[0].name})
+
+
+def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str]) -> bool:
+    return mission.robot_id not in (None, robot_id) or (bool(known) and mission.guid not in known)
+
+
+def _stopped(draft: Schedule, paused_until: datetime | None) -> Iterator[Concern]:
+    if not draft.enabled:
+        yield Concern(ConcernCode.SWITCHED_OFF)
+    elif paused_until:
+        yield Concern(ConcernCode.PAUSED, details={"until": paused_until})
+
+
+def _days_off(look: _Look) -> Iterator[Concern]:
+    """Days on which it doesn't start, though its rule names them, and whether any are left."""
+    draft, calendar, starts = look.draft, look.calendar, look.starts
+    yield from (off := list(_weekdays_off(draft, calendar)))
+    if draft.enabled and not starts and not any(each.details["all"] for each in off):
+        yield Concern(ConcernCode.NO_START)
+    respects = draft.recurrence is not None and draft.respect_working_days
+    if starts and respects and not off and _begins_on_day_off(draft, look.now, calendar):
+        day = draft.start.date()
+        yield Concern(ConcernCode.DAY_OFF, details={"day": day, "name": calendar.day_status(day).name})
+    if passed_over := tuple(_closed_days(draft, starts, look.begins, calendar)):
+        yield Concern(ConcernCode.CLOSED_DAYS, details={"days": passed_over})
+
+
+def _finish_by(look: _Look) -> Iterator[Concern]:
     """It usually takes longer than there is time."""
-    seconds = usual.median_s if usual is not None else None
-    details = finish_by_short(mission.name, draft.finish_by_minutes, seconds) if mission is not None else None
-    if details is not None:
-        yield Concern(ConcernCode.FINISH_BY_SHORT, None, details)
+    if look.mission is not None and look.usual is not None:
+        details = finish_by_short(look.mission.name, look.draft.finish_by_minutes, look.usual.median_s)
+        if details is not None:
+            yield Concern(ConcernCode.FINISH_BY_SHORT, None, details)
 
 
 def _overlap(overlap: RunOverlap) -> Concern:
-    return Concern(
-        ConcernCode.OVERLAP,
-        overlap.at,
-        {
-            "schedule_id": overlap.other.schedule.id,
-            "mission": overlap.other.mission.name,
-            "start": overlap.other.at,
-            "end": overlap.other.ends,
-        },
-    )
+    other = overlap.other
+    details = {"schedule_id": other.schedule.id, "mission": other.mission.name, "start": other.at, "end": other.ends}
+    return Concern(ConcernCode.OVERLAP, overlap.at, details)
 
 
 def _weekdays_off(draft: Schedule, calendar: WorkingCalendar) -> Iterator[Concern]:
@@ -291,10 +302,6 @@ def _closed_days(
         ):
             last = day
             yield day, status.name
-
-
-def _is_missing(mission: Mission, robot_id: int, known: Mapping[str, str] | None) -> bool:
-    return mission.robot_id not in (None, robot_id) or (bool(known) and mission.guid not in (known or {}))
 
 
 def _clock_changes(starts: tuple[Occurrence, ...], zone: str) -> Iterator[Concern]:
