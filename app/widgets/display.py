@@ -68,7 +68,7 @@ class Swatch(Chart):
 
     def draw(self):
         if (look := colours().get(self.kind)) is not None:
-            paint_look(self.kind, look, *self.pos, *self.size)
+            paint_look(self.kind, look, [(*self.pos, *self.size)])
         elif self.kind == "closed":
             self.box(*self.pos, *self.size, tk.closed)
             self.hatch(*self.pos, *self.size, tk.hatch)

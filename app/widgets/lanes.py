@@ -1,8 +1,4 @@
-"""Robots' time: one lane per robot, a bar per run, the now-line, closed time hatched.
-
-A finger drags it along, two fingers zoom. The ``Drawing`` extends beyond the visible part and is only moved while it
-covers it.
-"""
+"""Robots' time: one lane per robot, a bar per run, the now-line, closed time hatched. A finger drags it along."""
 
 import math
 from collections.abc import Iterator
@@ -12,19 +8,17 @@ from kivy.metrics import dp
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
 from kivy.uix.widget import Widget
 
-from app.widgets.chart import Chart, KeySeat
+from app.widgets.chart import Chart
 from app.widgets.lanes_bars import paint_lifted
 from app.widgets.lanes_drawing import Box, Drawing
-from app.widgets.lanes_frame import AXIS, FOLD, LEAST_LANE, Frame
+from app.widgets.lanes_frame import AXIS, LEAST_LANE, Frame
 from app.widgets.places import places
+from app.widgets.rest import rest
 
-NEAR_END = 0.15  # of the visible part: this close to the end of a drawing a new one is begun
 SLOP = 12  # dp that a finger moves before it drags
 MOST_SEATS = 40  # of bars of a lane
 LONG = 0.5  # s until a press is a long one
-SECOND_TAP = 0.28  # s after a tap in which another counts as the same: the finger is then on what it opened or moved
 STEP = 1 / 12  # hours between times that fingers choose
-LEAST_HOURS, MOST_HOURS = 6, 168
 
 
 class Lanes(Chart):
@@ -39,8 +33,8 @@ class Lanes(Chart):
 
     A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``; one
     on closed time ``on_fold(hour)``; one on free time ``on_free(lane's key, hour)``; a finger that takes a
-    bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first, hours)`` is the
-    visible part after fingers have moved it; ``day_text`` of the first hour that is not folded is above the names. In a
+    bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first)`` is the first
+    hour after a finger has moved it; ``day_text`` of the first hour that is not folded is above the names. In a
     page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing, and
     where the axis is.
     """
@@ -59,18 +53,16 @@ class Lanes(Chart):
     day_text = ObjectProperty(lambda _hour: "")  # the day of one
     watch = ("lanes", "bands", "ticks", "hours")
 
-    touched = BooleanProperty(False)  # fingers move it just now
-    takes_at_once = True  # of a page that scrolls: one of two fingers would come late
+    touched = BooleanProperty(False)  # a finger moves it, or a bar, just now
+    keeps_drag = property(lambda self: self.touched)  # from a page around it
     stands = True
     meaning = property(lambda self: [lane.key for lane in self.lanes])
     __events__ = ("on_bar", "on_window", "on_fold", "on_free", "on_moved", "on_lane")
 
     def __init__(self, **kwargs):
-        self._fingers: dict[object, tuple[float, float]] = {}  # uid of a touch: where it is
-        self._moved = self._may_tap = False  # a single finger that has not moved
-        self._meant = None  # what is under it: an event and its values
-        self._answered = -SECOND_TAP  # when a tap was
-        self._lifted = None  # a bar under a finger, where it was, and when it would begin now
+        self._touch = self._meant = None  # a finger, and what is under it: an event and its values
+        self._was = 0.0  # the first hour when it came down
+        self._lifted = None  # a bar under it, and when that would begin now
         self._is_long = Clock.create_trigger(self._press_long, LONG)
         self._drawing: Drawing | None = None
         self._place_soon = Clock.create_trigger(self._place, -1)
@@ -82,129 +74,85 @@ class Lanes(Chart):
     def on_lanes(self, *_):
         self.wanted_height = dp(AXIS) + len(self.lanes) * dp(LEAST_LANE)
 
-    # ------------------------------------------------------------------ fingers
-    @property
-    def keeps_drag(self) -> bool:
-        """A vertical drag belongs to the page around it, unless fingers are already in use here."""
-        return self._moved or len(self._fingers) > 1
-
+    # ------------------------------------------------------------------ a finger
     def on_touch_down(self, touch):
-        if any(child.collide_point(*touch.pos) for child in self.children if not isinstance(child, KeySeat)):
-            return super().on_touch_down(touch)
-        if (
-            self.collide_point(*touch.pos)
-            and not touch.is_mouse_scrolling
-            and len(self._fingers) < (1 if self._lifted else 2)
-            and not places.misses(self, touch)
-        ):
-            self._is_long.cancel()
-            self._may_tap = not self._fingers and Clock.get_time() - self._answered >= SECOND_TAP
-            if not self._fingers:
-                self._moved = False
-                self._meant = self._event_at(*touch.pos)
-                self._is_long()
-            self._fingers[touch.uid] = touch.pos
+        if super().on_touch_down(touch):
+            return True  # a button on it
+        if self._drawing is None or self._touch or touch.is_mouse_scrolling or not self.collide_point(*touch.pos):
+            return False
+        if not places.misses(self, touch):
             touch.grab(self)
-        return super().on_touch_down(touch)
+            self._touch, self._meant, self._was = touch, self._event_at(touch.ox, touch.oy), self.first
+            self._is_long()
+        return True
 
     def on_touch_move(self, touch):
-        if touch.grab_current is not self or touch.uid not in self._fingers:
+        if touch.grab_current is not self or self._drawing is None:
             return super().on_touch_move(touch)
-        if self._lifted is not None:
-            self._lift(touch.x - touch.ox)
-            return True
-        if abs(touch.y - touch.oy) >= dp(SLOP):
-            self._may_tap = False
+        dx, dy = touch.x - touch.ox, touch.y - touch.oy
+        if not _is_tap(touch):
             self._is_long.cancel()
-        before = dict(self._fingers)
-        if not self._moved and abs(touch.x - touch.ox) < max(dp(SLOP), abs(touch.y - touch.oy)):
-            return True
-        self._is_long.cancel()
-        self._moved = self.touched = True
-        self._fingers[touch.uid] = touch.pos
-        if len(before) == 2:
-            self._pinch(
-                *(position[0] for position in before.values()), *(position[0] for position in self._fingers.values())
-            )
-        else:
-            self._drag(touch.x - before[touch.uid][0])
+        if self._lifted is not None:
+            self._lift(dx)
+        elif self.touched or abs(dx) >= max(dp(SLOP), abs(dy)):
+            self.touched = True
+            self.first = self._drawing.frame.hour_at(self._drawing.frame.at(self._was) - dx)
         return True
 
     def on_touch_up(self, touch):
-        if touch.grab_current is self:
-            touch.ungrab(self)
-            self._is_long.cancel()
-            self._fingers.pop(touch.uid, None)
-            if self._lifted is not None and not self._fingers:
-                self._put_down(touch)
-            elif not self._fingers:
-                self._end_drag()
-            return True
-        is_tap = touch.grab_current is None and touch.uid in self._fingers and self._may_tap and not self._moved
-        if is_tap and self.collide_point(*touch.pos) and self._meant:
-            self._answer(*self._meant)
-            return True
-        return super().on_touch_up(touch)
+        if touch.grab_current is not self:
+            return super().on_touch_up(touch)
+        meant, lifted, is_tap = self._meant, self._lifted, _is_tap(touch) and not self.touched
+        self.let_go(touch)
+        if lifted is not None and lifted[1] != lifted[0].bar.start:
+            self.dispatch("on_moved", lifted[0].bar.key, lifted[1])
+        elif meant is not None and (is_tap or lifted is not None):
+            rest.after_moving()  # a second tap at once is the same
+            self.dispatch(*meant)
+        return True
 
     def let_go(self, touch):
-        """The finger is for something in front now: it neither taps nor rests here, and a bar that it has lifted is where it was."""
+        """The finger has left, or is for something in front now: a bar that it has lifted is where it was."""
         touch.ungrab(self)
         self._is_long.cancel()
-        self._fingers.pop(touch.uid, None)
-        if self._lifted is not None:
-            self._lifted = None
-            self.canvas.after.clear()
-            self.touched = False
-        elif not self._fingers:
-            self._end_drag()
+        if self.touched and self._lifted is None:
+            self.dispatch("on_window", self.first)
+        self._touch = self._lifted = None
+        self.touched = False
+        self.canvas.after.clear()
+        self._place_soon()  # labels at the edges come whole again
 
-    def _end_drag(self):
-        """No finger moves the hours now."""
-        if self.touched:
-            self.dispatch("on_window", self.first, self.hours)
-            self.touched = False
-            self._place_soon()  # labels at the edges come whole again
-
-    def _answer(self, *event):
-        """A tap."""
-        self._answered = Clock.get_time()
-        self.dispatch(*event)
-
-    # ------------------------------------------------------------------ a finger that rests
     def _press_long(self, _dt):
-        """Lift the bar under the touch, if that may be moved."""
-        event, key = (self._meant or ("", None))[:2]
-        bar = next(
-            (bar for lane in self.lanes for bar in lane.bars if event == "on_bar" and bar.key == key and bar.movable),
-            None,
-        )
-        place = next((box for box in self.boxes() if bar is not None and box[4] == bar.key), None)
-        if place is not None:
-            self._moved = self.touched = True
-            self._lifted = bar, place, bar.start
+        """Lift the bar under the finger, if that may be moved."""
+        drawing = self._drawing
+        bars = (one for lane in drawing.lanes for one in drawing.placed_of(lane)) if drawing is not None else ()
+        one = next((one for one in bars if one.bar.movable and self._meant == ("on_bar", one.bar.key)), None)
+        if one is not None:
+            self.touched = True
+            self._lifted = one, one.bar.start
             self._lift(0)
-
-    def _time_at(self, x) -> float:
-        return round(self._drawing.frame.hour_at(x - self._drawing.moved) / STEP) * STEP
 
     def _lift(self, dx):
         """Draw the bar as far from its place as the finger is, with the time at which it would begin."""
-        frame, (bar, place, _hour) = self._drawing.frame, self._lifted
-        hour = bar.start if abs(dx) < dp(SLOP) else self._time_at(max(frame.left, min(place[0] + dx, frame.right)))
-        self._lifted = bar, place, hour
+        frame, (one, _hour) = self._drawing.frame, self._lifted
+        was = self.left_of(one.bar.start)
+        hour = one.bar.start if abs(dx) < dp(SLOP) else self._time_at(max(frame.left, min(was + dx, frame.right)))
+        self._lifted = one, hour
         self.canvas.after.clear()
         with self.canvas.after:
-            paint_lifted(frame, bar, place, self.left_of(hour), self.time_text(hour))
+            paint_lifted(frame, one, was, self.left_of(hour), self.time_text(hour))
 
-    def _put_down(self, touch):
-        """Where it was: a slow tap."""
-        (bar, _place, hour), self._lifted = self._lifted, None
-        self.canvas.after.clear()
-        self.touched = False
-        if hour != bar.start:
-            self.dispatch("on_moved", bar.key, hour)
-        elif abs(touch.x - touch.ox) < dp(SLOP):
-            self._answer(*self._meant)
+    # ------------------------------------------------------------------ which time is where
+    def left_of(self, hour) -> float:
+        """Where an hour is seen."""
+        return self._drawing.frame.at(hour) + self._drawing.moved
+
+    def hour_at(self, x) -> float:
+        """What is seen there."""
+        return self._drawing.frame.hour_at(x - self._drawing.moved)
+
+    def _time_at(self, x) -> float:
+        return round(self.hour_at(x) / STEP) * STEP
 
     # ------------------------------------------------------------------ where bars are
     def boxes(self) -> Iterator[Box]:
@@ -212,10 +160,6 @@ class Lanes(Chart):
         if self._drawing is not None:
             for lane in self._drawing.lanes:
                 yield from self._drawing.boxes(lane)
-
-    def left_of(self, hour) -> float:
-        """Where an hour is seen."""
-        return self._drawing.frame.at(hour) + self._drawing.moved
 
     def seats(self) -> list[Widget]:
         """Places that keys can reach: visible bars, breaks, lines of several lanes. A lane's first bar that has not
@@ -264,27 +208,21 @@ class Lanes(Chart):
         return self
 
     def _event_at(self, x, y):
-        """The event of a tap there, or None. A break is as narrow as a fingertip, and bars may be on both sides of
+        """The event of a tap there, or None: on the axis, or nothing. A break is as narrow as a fingertip, and bars may be on both sides of
         it."""
-        if (lane := self._lane_at(y)) is None:
+        frame = self._drawing.frame
+        if not frame.bottom <= y < frame.bottom_of_axis - self.seen_from:
             return None
+        lane = frame.lanes[frame.lane_at(y)]
         if lane.line:
             return "on_lane", lane.key
-        frame = self._drawing.frame
-        hour = frame.hour_at(x - self._drawing.moved) if x >= frame.left else math.inf
+        hour = self.hour_at(x) if x >= frame.left else math.inf
         closed = next((kind for start, end, _words, kind in self.bands if kind != "held" and start <= hour < end), "")
         if closed != "folded" and (bar := self._bar_near(x, y)) is not None:
             return "on_bar", bar[4]
         if closed:
             return "on_fold", hour
         return ("on_free", lane.key, self._time_at(x)) if x >= frame.left else None
-
-    def _lane_at(self, y):
-        """None: the axis, or nothing."""
-        frame = self._drawing.frame if self._drawing is not None else None
-        if frame is None or not frame.bottom <= y < frame.bottom_of_axis - self.seen_from:
-            return None
-        return frame.lanes[frame.lane_at(y)]
 
     def _bar_near(self, x, y) -> Box | None:
         """Of the bars within a fingertip the nearest one, the uppermost of several."""
@@ -300,28 +238,6 @@ class Lanes(Chart):
             boxes, key=lambda box: (max(box[0] - x, x - box[2], 0), max(box[1] - y, y - box[3], 0)), default=None
         )
 
-    def _drag(self, dx):
-        """Move what is drawn; ``first`` follows at once."""
-        if self._drawing is None:
-            return
-        scale = self._drawing.frame.scale
-        self.first = scale.hour(scale.drawn(self.first) - dx / self._drawing.frame.unit)
-        self._drawing.move(dx)
-        if not self._drawing.reaches(self.first, self.hours * NEAR_END):
-            self._trigger()
-
-    def _pinch(self, a0, b0, a, b):
-        """What was under the fingers stays under them."""
-        if self._drawing is None or abs(b0 - a0) < 1 or abs(b - a) < dp(24):
-            return
-        hours = min(MOST_HOURS, max(LEAST_HOURS, self.hours * abs(b0 - a0) / abs(b - a)))
-        frame = self._drawing.frame
-        left, width = frame.left, frame.right - frame.left
-        before, after = (frame.scale.at(dp(FOLD) * seen / width) for seen in (self.hours, hours))
-        held = before.hour(before.drawn(self.first) + ((a0 + b0) / 2 - left) / width * self.hours)
-        self.first = after.hour(after.drawn(held) - ((a + b) / 2 - left) / width * hours)
-        self.hours = hours
-
     # ------------------------------------------------------------------ drawing
     def _redraw(self, *_):
         """Only the drawing: a button may be on it."""
@@ -329,15 +245,12 @@ class Lanes(Chart):
             self.canvas.remove(self._drawing.canvas)
             self._drawing = None
         if self.lanes and self.width > 4 and self.height > 4:
-            self.draw()
-
-    def draw(self):
-        frame = Frame.of(self.lanes, self.bands, self.ticks, self.first, self.hours, self.pos, self.size, self._day())
-        self._drawing = Drawing(frame, self.seen_height)
-        self.canvas.insert(0, self._drawing.canvas)
-        self._scrolled()
-        self._drawing.name_day(self._day())
-        self._drawing.draw_axis(self.now, self.now_label)
+            day = self._day()
+            self._drawing = Drawing(Frame(self, day))
+            self.canvas.insert(0, self._drawing.canvas)
+            self._drawing.name_day(day)
+            self._drawing.draw_axis(self.now, self.now_label)
+            self._scrolled()
 
     def _day(self) -> str:
         """That of the first time that is shown: a break at the left edge is not."""
@@ -345,20 +258,19 @@ class Lanes(Chart):
         return self.day_text(next(ends, self.first))
 
     def _place(self, *_):
-        """Hour ``first`` at the left, unless a new drawing will be made."""
-        drawing = self._drawing
-        if drawing is None or self._trigger.is_triggered:
-            return
-        if not drawing.reaches(self.first):
-            self._trigger()
-            return
-        drawing.place(self.first)
-        drawing.name_day(self._day())
-        if not self.touched:
-            drawing.draw_axis(self.now, self.now_label)
+        """Hour ``first`` at the left."""
+        if (drawing := self._drawing) is not None:
+            drawing.move(self.first)
+            drawing.name_day(self._day())
+            if not self.touched:
+                drawing.draw_axis(self.now, self.now_label)
 
     def _scrolled(self, *_):
         """Other lanes are in sight."""
         if self._drawing is not None:
             self._drawing.pin(self.seen_from)
             self._drawing.show_lanes(self.seen_from, self.seen_height)
+
+
+def _is_tap(touch) -> bool:
+    return max(abs(touch.x - touch.ox), abs(touch.y - touch.oy)) < dp(SLOP)

@@ -12,16 +12,16 @@ from app.widgets.tokens import tk
 LABEL_REACH = 8  # dp: the farthest end of a label from its line
 
 
-def paint_now(frame: Frame, now: float) -> None:
+def paint_now(frame: Frame, now: float, now_label: str) -> None:
     """The line through all lanes."""
-    if frame.is_drawn(now):
+    if now_label:
         box(frame.at(now) - 1, frame.y, 2, frame.bottom_of_axis - frame.y, tk.ink)
 
 
 def paint_axis(frame: Frame, seen: Span, now: float, now_label: str) -> None:
     """The labels of the ticks, of the present time and of a hold; ``seen``: left and right end of the visible part."""
     pill = None
-    if frame.is_drawn(now) and now_label:
+    if now_label:
         width = width_of(now_label, 16, "RobotoMedium") + dp(16)
         left = kept_in(frame.at(now), width, seen)
         pill = left, left + width
@@ -57,7 +57,7 @@ def _paint_tick_labels(frame: Frame, seen: Span, taken: list[Span]) -> None:
     they still belong clearly to their hour. Visible ones stay whole at the ends."""
     y = frame.top - dp(AXIS) / 2
     for hour, label, strong in sorted(frame.ticks, key=lambda tick: not tick[2]):
-        if not label or not frame.is_drawn(hour):
+        if not label:
             continue
         font = "RobotoMedium" if strong else "Roboto"
         width = width_of(label, 16, font)

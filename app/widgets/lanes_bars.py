@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from kivy.graphics import Color, Mesh
+from kivy.graphics import Color
 from kivy.metrics import dp
 from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import box, hatch, text, width_of
-from app.widgets.lanes_frame import DID, Colours, Frame, Span, kept_in
+from app.widgets.lanes_frame import DID, Colours, Frame, kept_in
+from app.widgets.shapes import Box, rounded_all
 from app.widgets.tokens import tk
 
 NARROWEST = 12  # dp, where nothing follows too soon
 RADIUS = 6  # dp
 EDGE = 4  # dp: the amber lower edge of bars that overlap
 MOMENT = 1 / 3600  # hours that bars may share without overlapping
-PIECES = 10_000  # bars of one mesh, whose indices have 16 bits
 DASH = 8  # dp, with a gap half as long
 ICONS = {  # of the states that a fill alone doesn't say
     "failed": ("alert-circle", "fault"),
@@ -45,10 +46,10 @@ class Placed(NamedTuple):
         return dp(ICON) if self.bar.state in ICONS else 0
 
 
-def placed(frame: Frame, lane: int, bars: Sequence[Any]) -> list[Placed]:
-    """``bars`` by their beginning. Those that overlap are half as high, one above the other."""
-    y, found = frame.middle(lane), []
-    rows = _rows(bars)
+def placed(frame: Frame, lane: int) -> list[Placed]:
+    """Its bars by their beginning. Those that overlap are half as high, one above the other."""
+    bars = sorted(frame.lanes[lane].bars, key=lambda bar: bar.start)
+    y, found, rows = frame.middle(lane), [], _rows(bars)
     starts = [frame.at(bar.start) for bar in bars]
     for n, (bar, row) in enumerate(zip(bars, rows, strict=True)):
         x, x2 = starts[n], frame.at(bar.end) - 1
@@ -83,12 +84,16 @@ def _rows(bars: Sequence[Any]) -> list[int]:
 
 
 # ---------------------------------------------------------------------- painting
-def paint_bars(frame: Frame, bars: Iterable[Placed]) -> None:
+def paint_bars(frame: Frame, bars: Sequence[Placed]) -> None:
+    """Those of one look together, so that a thousand can be dragged smoothly."""
+    looks = defaultdict[str, list[Box]](list)
     for one in bars:
-        look = frame.colours[one.bar.state]
-        paint_look(one.bar.state, look, one.x, one.bottom, one.right - one.x, one.height)
-        if one.overlaps:
-            box(one.x, one.bottom, one.right - one.x, dp(EDGE), tk.overlap, (0, 0, dp(RADIUS), dp(RADIUS)))
+        looks[one.bar.state].append((one.x, one.bottom, one.right - one.x, one.height))
+    for state, boxes in looks.items():
+        paint_look(state, frame.colours[state], boxes)
+    Color(*tk.overlap)
+    rounded_all([(one.x, one.bottom, one.right - one.x, dp(EDGE)) for one in bars if one.overlaps], (0, 0, 2, 2))
+    for one in bars:
         if one.icon_width and one.right - one.x >= one.icon_width + dp(4):
             paint_icon(one, (one.x + one.right) / 2)
 
@@ -99,87 +104,45 @@ def paint_icon(one: Placed, x: float) -> None:
     text(md_icons[icon], x, one.bottom + one.height / 2, getattr(tk, token), ICON, 0.5, 0.5, "Icons")
 
 
-def paint_bars_together(frame: Frame, bars: Iterable[Placed]) -> None:
-    """Too many to draw one by one: only where there are some, in few drawings, so that they can be dragged smoothly."""
-    taken: dict[tuple[str, float, float, bool], list[Span]] = {}
-    for one in bars:
-        key = (one.bar.state, one.bottom, one.height, one.overlaps)
-        join(taken.setdefault(key, []), one.x, max(one.right, one.x + 2))
-    for (state, bottom, height, overlaps), spans in taken.items():
-        look = frame.colours[state]
-        _mesh(spans, bottom, height, look.edge)
-        if look.fill != look.edge:
-            _mesh([(x + 1, max(x2 - 1, x + 2)) for x, x2 in spans], bottom + 1, height - 2, look.fill)
-        if state == "offline":
-            for x, x2 in spans:
-                hatch(x, bottom, x2 - x, height, look.edge)
-        if overlaps:
-            _mesh(spans, bottom, dp(EDGE), tk.overlap)
-
-
-def paint_look(state: str, look: Colours, x: float, bottom: float, width: float, height: float) -> None:
-    """A bar as wide as it may be."""
+def paint_look(state: str, look: Colours, boxes: Sequence[Box]) -> None:
+    """Bars of one state."""
     radius = 0 if state in DID else dp(RADIUS)
-    box(x, bottom, width, height, look.fill, radius)
+    Color(*look.fill)
+    rounded_all(boxes, radius)
     if state == "offline":
-        hatch(x, bottom, width, height, look.edge)
-    if state in ("draft", "was"):
-        paint_dashes(x, bottom, width, height, look.edge)
-    elif look.edge != look.fill:
-        box(x, bottom, width, height, look.edge, radius, ring=2 if state in ("skipped", "held") else 1)
+        for one in boxes:
+            hatch(*one, look.edge)
+    if look.edge != look.fill:
+        Color(*look.edge)
+        if state in ("draft", "was"):
+            rounded_all([dash for one in boxes for dash in _dashes(*one)])
+        else:
+            rounded_all(boxes, radius, ring=2 if state in ("skipped", "held") else 1)
 
 
-def paint_dashes(x: float, bottom: float, width: float, height: float, colour: Any) -> None:
-    """A dashed border."""
-    step, thick = dp(DASH) * 1.5, dp(2)
-    for y in (bottom, bottom + height - thick):
-        _mesh([*_dashes(x, x + width, step)], y, thick, colour)
-    for left in (x, x + width - thick):
-        for low, high in _dashes(bottom, bottom + height, step):
-            box(left, low, thick, high - low, colour)
+def _dashes(x: float, y: float, width: float, height: float) -> Iterator[Box]:
+    """Of a border."""
+    dash, thick = dp(DASH), dp(2)
+    for n in range(math.ceil(width / dash / 1.5)):
+        at = n * dash * 1.5
+        for edge in (y, y + height - thick):
+            yield x + at, edge, min(dash, width - at), thick
+    for n in range(math.ceil(height / dash / 1.5)):
+        at = n * dash * 1.5
+        for edge in (x, x + width - thick):
+            yield edge, y + at, thick, min(dash, height - at)
 
 
-def _dashes(start: float, end: float, step: float) -> Iterator[Span]:
-    at = start
-    while at < end:
-        yield at, min(end, at + step / 1.5)
-        at += step
-
-
-def paint_lifted(frame: Frame, bar: Any, place: Sequence[float], x: float, words: str) -> None:
-    """A bar under a finger at x, dashed at its planned place, and above it its new start time."""
-    left, bottom, right, top = place[:4]
-    width, height, seen = right - left, top - bottom, (frame.left, frame.right)
-    for state, at in (("was", left), ("draft", x)):
+def paint_lifted(frame: Frame, one: Placed, was: float, x: float, words: str) -> None:
+    """A bar under a finger at x, dashed where it ``was`` planned, and above it its new start time."""
+    width, height, seen = one.right - one.x, one.height, (frame.left, frame.right)
+    for state, at in (("was", was), ("draft", x)):
         if at + width > frame.left:
             begins = max(at, frame.left)
-            paint_look(state, frame.colours[state], begins, bottom, at + width - begins, height)
-    if width_of(bar.label, 16, "RobotoMedium") + dp(16) <= width:
-        text(bar.label, x + dp(8), bottom + height / 2, tk.accent_on, 16, font="RobotoMedium")
+            paint_look(state, frame.colours[state], [(begins, one.bottom, at + width - begins, height)])
+    if width_of(one.bar.label, 16, "RobotoMedium") + dp(16) <= width:
+        text(one.bar.label, x + dp(8), one.bottom + height / 2, tk.accent_on, 16, font="RobotoMedium")
     pill = width_of(words, 16, "RobotoMedium") + dp(24)
-    left, y = kept_in(min(max(x + width / 2, seen[0]), seen[1]), pill, seen), bottom + height + dp(16)
+    left, y = kept_in(min(max(x + width / 2, seen[0]), seen[1]), pill, seen), one.bottom + height + dp(16)
     box(left, y - dp(15), pill, dp(30), tk.accent, dp(15))
     text(words, left + pill / 2, y, tk.accent_ink, 16, ax=0.5, font="RobotoMedium")
-
-
-def join(spans: list[Span], x: float, x2: float) -> None:
-    """Add a span to the earlier ones, merging it if they touch."""
-    if spans and x <= spans[-1][1] + 1:
-        if x2 > spans[-1][1]:
-            spans[-1] = spans[-1][0], x2
-    else:
-        spans.append((x, x2))
-
-
-def _mesh(spans: Sequence[Span], bottom: float, height: float, colour: Any) -> None:
-    """Many boxes of one height as one drawing, in pieces that its indices can count."""
-    Color(*colour)
-    low, high = round(bottom), round(bottom + height)
-    for n in range(0, len(spans), PIECES):
-        vertices: list[float] = []
-        indices: list[int] = []
-        for at, (left, right) in enumerate(spans[n : n + PIECES]):
-            at *= 4
-            vertices += (left, low, 0, 0, right, low, 0, 0, right, high, 0, 0, left, high, 0, 0)
-            indices += (at, at + 1, at + 2, at, at + 2, at + 3)
-        Mesh(vertices=vertices, indices=indices, mode="triangles")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -19,7 +19,6 @@ LEAST_LANE, MOST_LANE = 48, 124  # dp: they share the room
 BAR = 48  # dp: the greatest height of a bar
 TWO_LINES_FROM = 84  # dp of a lane's height
 FOLD = 72  # dp of folded time
-BEYOND = 0.5  # of the visible part, drawn on either side of it
 SEEN = 4  # lanes that are in sight at once
 UPPER = 8  # lanes, which are in sight before any are scrolled
 
@@ -74,104 +73,36 @@ def colours() -> Mapping[str, Colours]:
     }
 
 
-@dataclass(frozen=True)
 class Frame:
-    """What is drawn and where: hours of the timeline, px of the window. ``lanes``, ``bands`` and ``ticks`` are those of ``Lanes``."""
+    """What is drawn and where: hours of the timeline, px of the window. ``chart`` is a ``Lanes``, whose first hour's ``day`` stands above
+    the names. They take what they need of the width, up to 0.3 of it."""
 
-    lanes: Sequence[Any]
-    bands: Sequence[tuple[float, float, str, str]]
-    ticks: Sequence[tuple[float, str, bool]]
-    first: float  # hour at the left edge
-    hours: float  # from the left edge to the right
-    low: float  # hours that are drawn: from, to
-    high: float
-    begins: float  # ``first`` on the scale
-    x: float  # names begin here
-    left: float  # the bars' left edge
-    right: float
-    y: float
-    top: float
-    unit: float  # px of an hour
-    scale: TimeScale
-    lane_height: float
-    colours: Mapping[str, Colours]
-
-    @classmethod
-    def of(
-        cls,
-        lanes: Sequence[Any],
-        bands: Sequence[Any],
-        ticks: Sequence[Any],
-        first: float,
-        hours: float,
-        pos: tuple[float, float],
-        size: tuple[float, float],
-        day: str = "",
-    ) -> Frame:
-        """The names take what they need of the width, up to 0.3 of it, and the ``day`` above them what it needs."""
-        (x, y), (width, height) = pos, size
-        icons = dp(28) if any(lane.icon for lane in lanes) else 0
-        names = icons + max(max(width_of(lane.name, 18, "RobotoMedium"), width_of(lane.note)) for lane in lanes)
-        left = x + max(dp(88), min(names + dp(24), width * 0.3), width_of(day, font="RobotoMedium") + dp(20))
-        room = (height - dp(AXIS)) / len(lanes)
-        lane_height = dp(LEAST_LANE) if any(lane.line for lane in lanes) else min(dp(MOST_LANE), room)
-        unit = (x + width - left) / hours
-        scale = TimeScale([band[:2] for band in bands if band[3] == "folded"], dp(FOLD) / unit)
-        begins = scale.drawn(first)
-        return cls(
-            lanes,
-            bands,
-            ticks,
-            first,
-            hours,
-            low=scale.hour(begins - hours * BEYOND),
-            high=scale.hour(begins + hours * (1 + BEYOND)),
-            begins=begins,
-            x=x,
-            left=left,
-            right=x + width,
-            y=y,
-            top=y + height,
-            unit=unit,
-            scale=scale,
-            lane_height=lane_height,
-            colours=colours(),
+    def __init__(self, chart: Any, day: str) -> None:
+        self.lanes, self.bands, self.ticks = chart.lanes, chart.bands, chart.ticks
+        self.x, self.y, self.right, self.top = chart.x, chart.y, chart.right, chart.top
+        icons = dp(28) if any(lane.icon for lane in self.lanes) else 0
+        names = icons + max(max(width_of(lane.name, 18, "RobotoMedium"), width_of(lane.note)) for lane in self.lanes)
+        self.left = self.x + max(
+            dp(88), min(names + dp(24), chart.width * 0.3), width_of(day, font="RobotoMedium") + dp(20)
         )
-
-    @property
-    def bottom_of_axis(self) -> float:
-        return self.top - dp(AXIS)
-
-    @property
-    def bottom(self) -> float:
-        """Of the last lane."""
-        return self.bottom_of_axis - self.lane_height * len(self.lanes)
-
-    @property
-    def far(self) -> float:
-        """The right end of the drawing."""
-        return self.at(self.high)
-
-    @property
-    def bar_height(self) -> float:
-        return min(dp(BAR), self.lane_height - dp(16))
-
-    @property
-    def half_height(self) -> float:
-        """Of bars that overlap, one above the other."""
-        return min(dp(BAR) - dp(4), (self.lane_height - dp(10)) / 2)
+        self.bottom_of_axis = self.top - dp(AXIS)
+        room = (self.bottom_of_axis - self.y) / len(self.lanes)
+        self.lane_height = dp(LEAST_LANE) if any(lane.line for lane in self.lanes) else min(dp(MOST_LANE), room)
+        self.bottom = self.bottom_of_axis - self.lane_height * len(self.lanes)
+        self.bar_height = min(dp(BAR), self.lane_height - dp(16))
+        self.half_height = min(dp(BAR) - dp(4), (self.lane_height - dp(10)) / 2)  # of bars that overlap
+        self._unit = (self.right - self.left) / chart.hours  # px of an hour
+        self._scale = TimeScale([band[:2] for band in self.bands if band[3] == "folded"], dp(FOLD) / self._unit)
+        self._begins = self._scale.drawn(chart.first)
+        self.colours = colours()
 
     def at(self, hour: float) -> float:
-        """The place of an hour, or the end of the drawing."""
-        return self.left + self.shift(min(max(hour, self.low), self.high))
-
-    def shift(self, hour: float) -> float:
-        """Px from the left edge of the drawing to an hour."""
-        return self.unit * (self.scale.drawn(hour) - self.begins)
+        """The place of an hour."""
+        return self.left + self._unit * (self._scale.drawn(hour) - self._begins)
 
     def hour_at(self, x: float) -> float:
         """What is drawn there."""
-        return self.scale.hour(self.begins + (x - self.left) / self.unit)
+        return self._scale.hour(self._begins + (x - self.left) / self._unit)
 
     def middle(self, lane: int) -> float:
         return self.bottom_of_axis - self.lane_height * (lane + 0.5)
@@ -187,20 +118,12 @@ class Frame:
         above = int((seen_from - dp(AXIS)) / self.lane_height)
         return range(max(0, above - 1), min(len(self.lanes), above + int(seen_height / self.lane_height) + 3))
 
-    def is_drawn(self, start: float, end: float | None = None) -> bool:
-        """Whether something of that time is within what is drawn."""
-        return (start if end is None else end) > self.low and start < self.high
-
 
 # ---------------------------------------------------------------------- the background
 def paint_background(frame: Frame) -> None:
     """Closed time with its words, held time, and the lines of the ticks."""
     height = frame.bottom_of_axis - frame.y
-    bands = [
-        (frame.at(start), frame.at(end), words, kind)
-        for start, end, words, kind in frame.bands
-        if frame.is_drawn(start, end)
-    ]
+    bands = [(frame.at(start), frame.at(end), words, kind) for start, end, words, kind in frame.bands]
     for x, x2, words, kind in bands:
         if kind == "held":
             box(x, frame.y, x2 - x, height, tk.attention_bg, alpha=0.3 if tk.strong else 0.6)
@@ -211,8 +134,7 @@ def paint_background(frame: Frame) -> None:
         if kind == "folded":
             _paint_fold(frame, x, x2, words)
     for hour, _label, strong in frame.ticks:
-        if frame.is_drawn(hour):
-            box(frame.at(hour), frame.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
+        box(frame.at(hour), frame.y, 2 if strong else 1, height, tk.outline if strong else tk.grid)
     for x, x2, words, kind in bands:
         left, right = max(frame.left, x), min(frame.right, x2)
         width = width_of(words) + dp(24)
@@ -304,14 +226,8 @@ def cut(words: str, room: float, size: int = 14, font: str = "Roboto") -> str:
     """As much as there is room for, with "…" at its end; empty if that says nothing."""
     if width_of(words, size, font) <= room:
         return words
-    least, most = 0, len(words)
-    while least < most:
-        middle = (least + most + 1) // 2
-        if width_of(words[:middle].rstrip() + "…", size, font) <= room:
-            least = middle
-        else:
-            most = middle - 1
-    return words[:least].rstrip() + "…" if least > 2 else ""
+    most = bisect_right(range(1, len(words)), room, key=lambda n: width_of(words[:n].rstrip() + "…", size, font))
+    return words[:most].rstrip() + "…" if most > 2 else ""
 
 
 def kept_in(x: float, width: float, seen: Span) -> float:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator, Sequence
 
 from kivy.metrics import dp, sp
 
@@ -19,35 +19,12 @@ SIZE = 16  # sp
 IN, BESIDE = "RobotoMedium", "Roboto"  # fonts
 
 
-class Room(NamedTuple):
-    """A bar, where what is seen of it ends, and the room to its right: where the next one begins, or closed time."""
-
-    one: Placed
-    right: float
-    ends: float
-
-
-def rooms(frame: Frame, bars: Sequence[Placed]) -> list[Room]:
-    """Of the bars with a name or an icon. ``bars`` as they come from ``placed``."""
-    edges = sorted(frame.at(start) for start, *_ in frame.bands)
-    starts, found = [one.x for one in bars], []
-    for n, one in enumerate(bars):
-        if not (one.bar.label or one.icon_width):
-            continue
-        first = bisect_left(starts, one.x, n + 1)
-        follows = next((m for m in bars[first:] if one.row < 0 or m.row in (one.row, -1)), None)
-        at = bisect_left(edges, one.x)
-        ends = min([follows.x if follows is not None else frame.far, *edges[at : at + 1]])
-        right = min(one.right, follows.x) if follows is not None else one.right
-        found.append(Room(one, right, ends))
-    return found
-
-
-def paint_words(frame: Frame, found: Iterable[Room], seen: Span, now: float) -> None:
-    """``seen``: left and right end of the visible part; a name of the past ends at the line of ``now`` (px)."""
+def paint_words(frame: Frame, bars: Sequence[Placed], seen: Span, now: float) -> None:
+    """``bars`` as they come from ``placed``; ``seen``: left and right end of the visible part; a name of the past ends at the line of
+    ``now`` (px)."""
     most = 2 if frame.lane_height >= dp(TWO_LINES_FROM) else 1
     strong = [frame.at(hour) for hour, _label, is_strong in frame.ticks if is_strong]
-    for one, covered_at, ends in found:
+    for one, covered_at, ends in _rooms(frame, bars):
         if one.right <= seen[0] or one.x >= seen[1]:
             continue
         left, right = max(one.x, seen[0]), min(covered_at, seen[1])
@@ -62,6 +39,19 @@ def paint_words(frame: Frame, found: Iterable[Room], seen: Span, now: float) -> 
         hidden = one.icon_width if one.right - one.x >= one.icon_width + dp(4) else 0
         inside = 0 if hidden else right - left - dp(16)
         _paint_name(frame, one, left + dp(8), inside, begins, min(ends, seen[1]) - begins - dp(4), most, strong)
+
+
+def _rooms(frame: Frame, bars: Sequence[Placed]) -> Iterator[tuple[Placed, float, float]]:
+    """Each with a name or an icon, where what is seen of it ends, and where the room to its right does: at the next one, or at closed
+    time."""
+    edges = sorted(frame.at(start) for start, *_ in frame.bands)
+    starts = [one.x for one in bars]
+    for n, one in enumerate(bars):
+        if one.bar.label or one.icon_width:
+            first = bisect_left(starts, one.x, n + 1)
+            follows = next((m.x for m in bars[first:] if one.row < 0 or m.row in (one.row, -1)), math.inf)
+            at = bisect_left(edges, one.x)
+            yield one, min(one.right, follows), min([follows, *edges[at : at + 1]])
 
 
 def _paint_name(
@@ -109,9 +99,7 @@ def wrapped(words: str, room: float, most: int, font: str) -> list[str]:
     left = words.split(" ")
     while left and len(lines) < most:
         n = next((n for n in range(len(left), 0, -1) if width_of(" ".join(left[:n]), SIZE, font) <= room), 0)
-        if len(lines) == most - 1 and n < len(left):
-            return [*lines, last] if (last := cut(" ".join(left), room, SIZE, font)) else []
-        if not n:
+        if not n or (len(lines) == most - 1 and n < len(left)):
             return [*lines, last] if (last := cut(" ".join(left), room, SIZE, font)) else []
         lines.append(" ".join(left[:n]))
         left = left[n:]

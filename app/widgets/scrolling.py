@@ -15,7 +15,7 @@ class CalmScroll(ScrollView):
     """A scroll view that doesn't overshoot, with a line at its lower edge while there is ``more_below``. Content that fits doesn't scroll.
 
     A resting finger presses what is under it. If it drags later, it scrolls and has pressed nothing, unless the widget
-    under it ``keeps_drag``. A widget that ``takes_at_once`` gets touches without a rest.
+    under it ``keeps_drag``.
     """
 
     def _has_more_below(self) -> bool:
@@ -48,29 +48,13 @@ class CalmScroll(ScrollView):
     def on_touch_down(self, touch):
         if not self.do_scroll_y and self.collide_point(*touch.pos):
             return self.simulate_touch_down(touch)  # at once: it can't become a drag
-        is_for_fingers = self._under(touch, lambda widget: getattr(widget, "takes_at_once", False)) is not None
-        if is_for_fingers and self._touch and self._touch.ud.get(self._get_uid(), {}).get("mode") == "scroll":
+        if (
+            self._touch
+            and self._touch.ud.get(self._get_uid(), {}).get("mode") == "scroll"
+            and self.collide_point(*touch.pos)
+        ):
             return True  # the other finger scrolls
-        taken = super().on_touch_down(touch)
-        if is_for_fingers and self._touch is touch and self._get_uid() in touch.ud:
-            self._touch = None
-            touch.ud[self._get_uid("lent")] = True
-            self.simulate_touch_down(touch)
-        return taken
-
-    def _under(self, touch, is_wanted):
-        """The first widget of that kind under a finger on this page, or None."""
-        if not self.collide_point(*touch.pos):
-            return None
-        place = self.to_window(*touch.pos)
-        return next(
-            (
-                widget
-                for widget in self.walk(restrict=True)
-                if is_wanted(widget) and widget.collide_point(*widget.parent.to_widget(*place))
-            ),
-            None,
-        )
+        return super().on_touch_down(touch)
 
     def _change_touch_mode(self, *_):
         """kivy gives a resting touch finally to the widget under it; here only until it is dragged."""
@@ -85,6 +69,8 @@ class CalmScroll(ScrollView):
             if self._is_wanted_back(touch):
                 self._take_back(touch)
             return True
+        if touch is self._touch and abs(touch.x - touch.ox) > max(self.scroll_distance, abs(touch.y - touch.oy)):
+            self._change_touch_mode()  # it can't follow sideways
         return super().on_touch_move(touch)
 
     def on_touch_up(self, touch):

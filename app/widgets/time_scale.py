@@ -16,10 +16,6 @@ class TimeScale:
             self._starts.append(start)
             self._folds.append((start, end, drawn, drawn + min(width, end - start)))
 
-    def at(self, width: float) -> "TimeScale":
-        """The same folds in so much room each."""
-        return TimeScale([fold[:2] for fold in self._folds], width)
-
     def drawn(self, hour: float) -> float:
         n = bisect_right(self._starts, hour)
         return _through(hour, *self._folds[n - 1]) if n else hour

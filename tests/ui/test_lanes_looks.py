@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from kivy.graphics import Color, Rectangle
+from kivy.graphics import Color, Mesh, Rectangle
 from kivy.metrics import sp
 
 from app.domain.models import THEMES
@@ -14,6 +14,7 @@ from app.widgets.chart import glyphs
 from app.widgets.lanes import Lanes
 from app.widgets.lanes_bars import ICONS
 from app.widgets.lanes_frame import AXIS
+from app.widgets.shapes import patch
 from app.widgets.tokens import apply_theme, tk
 from tests.ui import checks
 from tests.ui.drawing import LANES, fingers, fired, hex_of, instructions, put_down, textures, words_of
@@ -23,7 +24,7 @@ LOOKS = ("planned", "running", "past", "failed", "skipped", "held")
 
 @pytest.mark.parametrize("theme", THEMES)
 @pytest.mark.parametrize("look", LOOKS)
-def test_a_bar_has_one_colour_at_every_width(ui, stage, theme, look):
+def test_a_bar_has_one_colour_and_round_corners_at_every_width(ui, stage, theme, look):
     """Wide, narrow, and of a crowd."""
     apply_theme(stage.theme_cls, theme)
     wanted = lanes_frame.colours()[look]
@@ -33,8 +34,11 @@ def test_a_bar_has_one_colour_at_every_width(ui, stage, theme, look):
         (24, [Bar(n, n / 10, n / 10 + 0.1, "", look) for n in range(240)]),
     ):
         chart = ui.show(Lanes(lanes=[Lane("Aino", bars=bars)], hours=hours), (800, 100))
-        drawn = {tuple(one.rgba) for one in instructions(chart._drawing._bars) if isinstance(one, Color)}
-        assert {tuple(wanted.fill), tuple(wanted.edge)} <= drawn
+        drawn = instructions(chart._drawing._bars)
+        assert {tuple(wanted.fill), tuple(wanted.edge)} <= {tuple(one.rgba) for one in drawn if isinstance(one, Color)}
+        round_ones = {patch((6,) * 4, ring)[0] for ring in (0, 1, 2)}
+        assert {one.texture for one in drawn if isinstance(one, Mesh)} <= round_ones
+        assert not [one for one in drawn if isinstance(one, Rectangle) and one.texture is None]
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -62,8 +66,10 @@ def test_bars_that_overlap_are_half_as_high_one_above_the_other_with_an_amber_ed
     boxes = {key: (bottom, top) for _left, bottom, _right, top, key in chart.boxes()}
     assert boxes[1][0] > boxes[2][1]
     assert boxes[3][1] - boxes[3][0] > boxes[1][1] - boxes[1][0]
-    amber = [one for one in instructions(chart._drawing._bars) if isinstance(one, Color)]
-    assert [tuple(one.rgba) for one in amber].count(tuple(tk.overlap)) == 2
+    drawn = instructions(chart._drawing._bars)
+    colour = next(n for n, one in enumerate(drawn) if isinstance(one, Color) and tuple(one.rgba) == tuple(tk.overlap))
+    amber = next(one for one in drawn[colour:] if isinstance(one, Mesh))
+    assert {round(y) for y in amber.vertices[1::4]} == {round(boxes[n][0]) + up for n in (1, 2) for up in (0, 2, 4)}
 
 
 @pytest.mark.parametrize(("lanes", "height"), [(1, 124), (4, 124), (8, 80), (20, 48)])

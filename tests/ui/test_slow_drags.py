@@ -149,7 +149,7 @@ def test_a_timeline_leaves_upright_drags_to_the_page(ui, chart, hour):
     slow_drag(ui, Widget(pos=(x, y), size=(0, 0)), 3, 120)
     assert page.scroll_y < 0.95
     assert calls == [[], [], [], []]
-    assert not chart._fingers
+    assert chart._touch is None
     ui.advance(2 * LONG)
     assert calls == [[], [], [], []]
 

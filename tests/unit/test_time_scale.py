@@ -17,4 +17,3 @@ def test_folded_time_takes_the_width_that_is_set(hour, drawn):
 
 def test_a_fold_never_takes_more_room_than_its_time():
     assert TimeScale([(6.0, 30.0)], 100.0).drawn(40) == 40
-    assert SCALE.at(1.0).drawn(61) == pytest.approx(61 - 23 - 5)

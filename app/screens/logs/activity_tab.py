@@ -28,11 +28,11 @@ class ActivityTab(EventDispatcher):
     lanes = ListProperty()
     ticks = ListProperty()
     legend = ListProperty()
-    first = NumericProperty(0, force_dispatch=True)  # fingers have moved the lanes
-    hours = NumericProperty(8, force_dispatch=True)
+    first = NumericProperty(0, force_dispatch=True)  # a finger has moved the lanes
+    hours = NumericProperty(8)
     length = StringProperty()  # of the time that the lanes show
     is_now = BooleanProperty(True)
-    touched = False  # fingers move the lanes now
+    touched = False  # a finger moves the lanes now
 
     def __init__(self, services: LogsServices, shell: Shell, logs: LogsViewModel) -> None:
         super().__init__()
@@ -69,12 +69,11 @@ class ActivityTab(EventDispatcher):
         if facts is not None and (found := activity.span_of(facts, key)) is not None:
             explain(self._shell, activity.span_details(*found, facts.end, self._logs.facts.settings.timezone))
 
-    def fingers_moved(self, first: float, hours: float) -> None:
-        """Show that time: of the lengths that can be chosen, the one closest to it."""
+    def finger_moved(self, first: float) -> None:
+        """Show the time that begins at that hour."""
         if self._facts is not None:
-            length = min(activity.LENGTHS, key=lambda each: abs(each / HOUR - hours))
-            end = self._facts.start + (first + hours) * HOUR
-            self._look(Window(length, end).within(self._services.clock.now()))
+            end = self._facts.end + first * HOUR
+            self._look(Window(self._window.length, end).within(self._services.clock.now()))
 
     def show_group(self, key: Hashable) -> None:
         self._open_group = key

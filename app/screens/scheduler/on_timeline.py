@@ -52,7 +52,7 @@ class OnTimeline(ViewModel):
     free = ObjectProperty(None, allownone=True)  # free time that was tapped: key of its lane, and hour
     free_text = StringProperty()
     moving = ObjectProperty(None, allownone=True, rebind=True)  # a start that waits for an answer
-    touched = BooleanProperty(False)  # by fingers that move it: it must not change under them
+    touched = BooleanProperty(False)  # by a finger that moves it: it must not change under that
     form = ObjectProperty(None, rebind=True)  # FormModel
     actions: ScheduleActions
     group_starts: GroupStarts
@@ -143,9 +143,9 @@ class OnTimeline(ViewModel):
     def to_now(self) -> None:
         self._show_window(replace(self._window, left=None))
 
-    def fingers_moved(self, first: float, hours: float) -> None:
-        """To what the timeline shows now, in hours from its origin."""
-        self._show_window(replace(self._window, left=self._instant(first), hours=hours))
+    def finger_moved(self, first: float) -> None:
+        """To the hour from its origin with which it begins now."""
+        self._show_window(replace(self._window, left=self._instant(first)))
 
     def choose_robots(self) -> None:
         """Whose lanes are shown; none chosen: all."""
