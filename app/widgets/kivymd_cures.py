@@ -15,7 +15,6 @@ from kivy.graphics import Canvas, Color
 from kivy.input.motionevent import MotionEvent
 from kivy.lang import Builder, builder
 from kivy.lang.parser import global_idmap
-from kivy.properties import ObservableDict
 from kivy.uix.label import Label
 from kivy.uix.relativelayout import RelativeLayout
 
@@ -55,7 +54,6 @@ LEFT_AT_DEFAULTS = frozenset(
 def apply() -> None:
     """Install all of them, before the first KivyMD widget is made. A second call changes nothing."""
     for cure in (
-        ids_in_kv,
         touches,
         moves,
         hover,
@@ -81,12 +79,6 @@ def _drop_rule(name: str) -> None:
     """Take the kv rule of one of KivyMD's behaviours away."""
     Builder.rules[:] = [rule for rule in Builder.rules if rule[0].key != name.lower()]
     Builder._clear_matchcache()
-
-
-def ids_in_kv() -> None:
-    """``x.ids.y.z`` in kv keeps the widget for ever, as kivy's table of bindings holds that dict strongly: so every
-    MDDialog (3 MB) and every MDSegmentedButton leaks."""
-    ObservableDict.proxy_ref = property(weakref.proxy)
 
 
 def touches() -> None:
@@ -303,12 +295,13 @@ def values_in_kv() -> None:
 
 
 def buttons() -> None:
-    """A button takes a tap that was meant for what stood in its place a moment ago; here what has just moved takes none."""
+    """A button takes a tap that was meant for what stood in its place a moment ago, or that began when it meant something else; here it
+    takes neither (``places``)."""
     from kivy.uix.behaviors import ButtonBehavior
 
     if hasattr(ButtonBehavior, "stands"):
         return
-    begin, touch_down = ButtonBehavior.__init__, ButtonBehavior.on_touch_down
+    begin, touch_down, touch_up = ButtonBehavior.__init__, ButtonBehavior.on_touch_down, ButtonBehavior.on_touch_up
 
     def __init__(self, **kwargs):
         begin(self, **kwargs)
@@ -319,4 +312,13 @@ def buttons() -> None:
             return super(ButtonBehavior, self).on_touch_down(touch) or True
         return touch_down(self, touch)
 
-    ButtonBehavior.stands, ButtonBehavior.__init__, ButtonBehavior.on_touch_down = True, __init__, on_touch_down
+    def on_touch_up(self, touch):
+        if touch.grab_current is self and places.is_another(self, touch):
+            touch.ungrab(self)
+            self.state = "normal"
+            return True
+        return touch_up(self, touch)
+
+    ButtonBehavior.stands = True
+    for method in (__init__, on_touch_down, on_touch_up):
+        setattr(ButtonBehavior, method.__name__, method)

@@ -87,7 +87,7 @@ class Lanes(Chart):
         return True
 
     def on_touch_move(self, touch):
-        if touch.grab_current is not self or self._drawing is None:
+        if touch.grab_current is not self or self._drawing is None or places.is_another(self, touch):
             return super().on_touch_move(touch)
         dx, dy = touch.x - touch.ox, touch.y - touch.oy
         if not _is_tap(touch):
@@ -102,32 +102,30 @@ class Lanes(Chart):
     def on_touch_up(self, touch):
         if touch.grab_current is not self:
             return super().on_touch_up(touch)
-        meant, lifted, is_tap = self._meant, self._lifted, _is_tap(touch) and not self.touched
-        self.let_go(touch)
-        if lifted is not None and lifted[1] != lifted[0].bar.start:
-            self.dispatch("on_moved", lifted[0].bar.key, lifted[1])
-        elif meant is not None and (is_tap or lifted is not None):
-            rest.after_moving()  # a second tap at once is the same
-            self.dispatch(*meant)
-        return True
-
-    def let_go(self, touch):
-        """The finger has left, or is for something in front now: a bar that it has lifted is where it was."""
         touch.ungrab(self)
         self._is_long.cancel()
-        if self.touched and self._lifted is None:
+        lifted, is_dragged = self._lifted, self.touched and self._lifted is None
+        if is_dragged:
             self.dispatch("on_window", self.first)
         self._touch = self._lifted = None
         self.touched = False
         self.canvas.after.clear()
         self._place_soon()  # labels at the edges come whole again
+        if places.is_another(self, touch):
+            return True
+        if lifted is not None and lifted[1] != lifted[0].bar.start:
+            self.dispatch("on_moved", lifted[0].bar.key, lifted[1])
+        elif self._meant is not None and (lifted is not None or (_is_tap(touch) and not is_dragged)):
+            rest.after_moving()  # a second tap at once is the same
+            self.dispatch(*self._meant)
+        return True
 
     def _press_long(self, _dt):
         """Lift the bar under the finger, if that may be moved."""
         drawing = self._drawing
         bars = (one for lane in drawing.lanes for one in drawing.placed_of(lane)) if drawing is not None else ()
         one = next((one for one in bars if one.bar.movable and self._meant == ("on_bar", one.bar.key)), None)
-        if one is not None:
+        if one is not None and not places.is_another(self, self._touch):
             self.touched = True
             self._lifted = one, one.bar.start
             self._lift(0)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 from typing import Any, NamedTuple
 
 from kivy.graphics import Color
@@ -85,11 +85,10 @@ def _rows(bars: Sequence[Any]) -> list[int]:
 
 # ---------------------------------------------------------------------- painting
 def paint_bars(frame: Frame, bars: Sequence[Placed]) -> None:
-    """Those of one look together, so that a thousand can be dragged smoothly."""
-    looks = defaultdict[str, list[Box]](list)
-    for one in bars:
-        looks[one.bar.state].append((one.x, one.bottom, one.right - one.x, one.height))
-    for state, boxes in looks.items():
+    """Those of one look together, so that a thousand can be dragged smoothly; of those that overlap the later one is above."""
+    in_order = sorted(bars, key=lambda one: "" if one.row >= 0 else one.bar.state)
+    for state, alike in groupby(in_order, key=lambda one: one.bar.state):
+        boxes = [(one.x, one.bottom, one.right - one.x, one.height) for one in alike]
         paint_look(state, frame.colours[state], boxes)
     Color(*tk.overlap)
     rounded_all([(one.x, one.bottom, one.right - one.x, dp(EDGE)) for one in bars if one.overlaps], (0, 0, 2, 2))

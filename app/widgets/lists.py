@@ -59,9 +59,8 @@ class Row:
     """Mixin of row classes. ``act("cancel")`` notifies the list, which fires ``on_action(key, "cancel")``; ``host`` is
     that list. A tap on a row that can be pressed is the action "open".
 
-    A scroll view forwards a short tap only after the finger has left. If the list has moved by then, another row is
-    under the touch, and the tap is dropped; so is one on a row that stands where another was a moment ago, unless somebody types:
-    rows come and go because of that.
+    A row where another was a moment ago takes no tap (``places``); for a shorter time while somebody types: rows come and go because of
+    that.
     """
 
     key = ObjectProperty(None, allownone=True)
@@ -71,32 +70,16 @@ class Row:
     meaning = property(lambda self: self.key)
     still = property(lambda _self: STILL if dock.field is None else STILL / 2)
 
-    def __init__(self, **kwargs):
-        self._pressed_key = None
-        self._forget = Clock.create_trigger(lambda _dt: setattr(self, "_pressed_key", None))
-        super().__init__(**kwargs)
-
     def on_key(self, *_):
         places.changed()
 
     def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos):
-            if places.misses(self, touch):
-                return True
-            self._pressed_key = (self.key,)
-        return super().on_touch_down(touch)
-
-    def on_touch_up(self, touch):
-        self._forget()  # after the release has reached the widget that grabbed the touch
-        return super().on_touch_up(touch)
+        return places.misses(self, touch) or super().on_touch_down(touch)
 
     def on_release(self):
         self.act("open")
 
     def act(self, action: str, *values) -> None:
-        """A view that has become another row's since it was pressed does nothing."""
-        if self._pressed_key not in (None, (self.key,)):
-            return
         if self.host is not None:
             self.host.kept.touched()
             self.host.dispatch("on_action", self.key, action, *values)
@@ -107,29 +90,16 @@ class Row:
 
 
 class RowPress:
-    """Mixin of the buttons in a row, which get a ``name``. What is pressed is the action that the finger came down on,
-    also if the button has become another one since."""
+    """Mixin of the buttons in a row, which get the ``name`` of their action."""
 
     name = StringProperty()
     meaning = property(lambda self: self.name)
-    _pressed = ""
 
     def on_name(self, *_):
         places.changed()
 
-    def on_touch_down(self, touch):
-        if self.collide_point(*touch.pos):
-            self._pressed = self.name
-        return super().on_touch_down(touch)
-
-    def on_touch_up(self, touch):
-        is_taken = super().on_touch_up(touch)
-        if touch.grab_current is self:
-            self._pressed = ""
-        return is_taken
-
     def on_release(self):
-        self.parent.row.act(self._pressed or self.name, self)
+        self.parent.row.act(self.name, self)
 
 
 class Rows(Fires, Late, MDBoxLayout):

@@ -9,6 +9,7 @@ from kivymd.uix.dialog import MDDialog
 
 from app.widgets.events import Fires
 from app.widgets.lists import Row
+from app.widgets.places import places
 from app.widgets.rest import rest
 from app.widgets.snackbar import SnackbarStack
 from app.widgets.surfaces import TonedTap
@@ -62,7 +63,7 @@ class Menu(Fires, MDDialog, Still):
             Window.remove_widget(stack)  # messages stay on top
             Window.add_widget(stack)
         self._place()
-        rest.let_go()
+        places.let_go()
         rest.after_opening()
 
     def dismiss(self, *_):
@@ -70,7 +71,7 @@ class Menu(Fires, MDDialog, Still):
             open_before = _open_menus()
             Window.unbind(on_keyboard=self._key, on_resize=self._place)
             super().dismiss()
-            rest.let_go()
+            places.let_go()
             if _open_menus() == open_before[1:]:  # what is behind it can be reached now
                 rest.after_closing()
 

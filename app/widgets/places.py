@@ -1,5 +1,5 @@
-"""Where everything that can be pressed stands. A tap on what something has just moved there was meant for what stood there
-before, and presses nothing; what a finger has scrolled has not moved.
+"""Where everything that can be pressed stands: a touch counts only for what was there when the finger came down, and meant the same.
+What has just moved there takes none either; what a finger has scrolled has not moved.
 
 ``places`` is global, like the window. Buttons register themselves (``kivymd_cures.buttons``). Another widget that takes touches says
 that it ``stands``, calls ``watch`` once, and asks ``misses`` about each touch. What becomes another one in the same place gets another
@@ -17,8 +17,7 @@ from app.widgets.around import around
 
 STILL = 0.5  # s a button has to stand where it is, unless it says how long it has to be ``still``
 COMES = 0.5  # s in which one that has come finds its place
-MEANT = "what stood under the finger when it came down, and its meaning"  # key of touch.ud
-NOTHING = object()
+MEANT = "when a finger came down, and what stood there and its meaning"  # key of touch.ud
 
 
 class Place:
@@ -49,6 +48,7 @@ class Places:
 
     def __init__(self):
         self._known = weakref.WeakKeyDictionary()
+        self._age = 0  # how often something has come or gone
         self._look = Clock.create_trigger(self._note)  # before the first touch after the frame that has moved something
         self.changed = Clock.create_trigger(lambda _dt: self._look(), -1)
 
@@ -79,13 +79,26 @@ class Places:
             left, bottom, right, top = _edges(button)
             if left <= x <= right and bottom <= y <= top and not self._has_changed(button):
                 meant[button] = _meaning(button)
-        touch.ud[MEANT] = meant
+        touch.ud[MEANT] = self._age, meant
+
+    def let_go(self) -> None:
+        """Something has come or gone: present touches press nothing, nor do those that a page that scrolls has still to hand on."""
+        self._age += 1
+
+    def is_another(self, widget, touch) -> bool:
+        """Whether that touch wasn't meant for ``widget``, or it or what it is in has become another one since."""
+        if MEANT not in touch.ud:
+            return False
+        age, meant = touch.ud[MEANT]
+        return (
+            age != self._age
+            or widget not in meant
+            or any(each in meant and meant[each] != _meaning(each) for each in around(widget))
+        )
 
     def misses(self, widget, touch) -> bool:
         """Whether that touch is on ``widget``, but was meant for what stood there before."""
-        if MEANT not in touch.ud or not widget.collide_point(*touch.pos):
-            return False
-        return touch.ud[MEANT].get(widget, NOTHING) != _meaning(widget)
+        return widget.collide_point(*touch.pos) and self.is_another(widget, touch)
 
     def _has_changed(self, button) -> bool:
         """Also since the last frame."""

@@ -7,14 +7,11 @@ before.
 """
 
 import math
-import weakref
 
-from kivy.base import EventLoop
 from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp
-from kivy.uix.behaviors import ButtonBehavior, FocusBehavior
-from kivy.uix.scrollview import ScrollView
+from kivy.uix.behaviors import FocusBehavior
 
 from app.widgets.places import places
 
@@ -23,23 +20,18 @@ SETTLES = 0.4  # s in which a touch was still meant for what was there before
 BY_ITSELF = 1.0  # s, if the user did not ask for what has appeared: a tap on the page may be on its way
 INSTANT = 0.001  # s: a frame that falls on the end comes after it
 SPOT = 48  # dp: as far from the first tap as the second may be
-SHORT = 1.0  # s: a page that scrolls hands on a tap a little after the finger has left
 EVERYWHERE = (float("-inf"), float("-inf"), float("inf"), float("inf"))
-PRESSES = (13, 271, 32)  # keys: Enter, that of the keypad, space
-MOVES = (9, 273, 274, 275, 276)  # Tab and arrows, which only move the ring
+PRESSES = (13, 271, 32, 27)  # keys: Enter, that of the keypad, space, Esc
 
 
 class Rest:
-    """Where touches are ignored and until when, and which keys; never Tab and the arrows."""
+    """Where touches are ignored and until when, and until when keys that press or close."""
 
     def __init__(self):
         self._areas = []  # (until, left, bottom, right, top), s of kivy's clock and px of the window
         self._finger = 0.0, 0.0  # the place of the last touch that was not ignored
-        self._touches = []  # (when it came down, weak reference to it)
         self._keys_until = 0.0
-        self._takes_letters = False  # what has come takes them at once
-        self._down: dict[int, int] = {}  # keys that are down: how often each was reported since it was pressed
-        self._ignored: set[int] = set()  # those that do nothing until they are released
+        self._down: set[int] = set()  # keys
 
     def watch(self) -> None:
         """Start; before anything else binds to the window's touches."""
@@ -48,9 +40,8 @@ class Rest:
 
     def ask_first(self) -> None:
         """Get the window's keys before all present listeners: the one bound last is asked first."""
-        handlers = {"on_key_down": self._key_down, "on_textinput": self._typed}
-        Window.unbind(**handlers)
-        Window.bind(**handlers)
+        Window.unbind(on_key_down=self._key_down)
+        Window.bind(on_key_down=self._key_down)
 
     @property
     def is_on(self) -> bool:
@@ -61,22 +52,13 @@ class Rest:
     def after_closing(self) -> None:
         """Something in front of the page has disappeared: no touch or key for what was behind it."""
         self._ignore(DOUBLE_TAP)
-        self.keys_after_closing()
-
-    def keys_after_closing(self) -> None:
-        """None for what is behind it."""
-        self._ignore_keys(DOUBLE_TAP, takes_letters=False)
+        self.ignore_keys(DOUBLE_TAP)
 
     def after_opening(self, seconds=SETTLES) -> None:
-        """Something has appeared in front of the page: a second tap there, or a second Enter, is not meant for it, but
-        typed text is."""
+        """Something has appeared in front of the page: a second tap there, or a second Enter, is not meant for it."""
         self._ignore(seconds)
-        self.keys_after_opening()
+        self.ignore_keys(SETTLES)
         self.after_moving()
-
-    def keys_after_opening(self) -> None:
-        """A second Enter is not meant for it."""
-        self._ignore_keys(SETTLES, takes_letters=True)
 
     def after_moving(self) -> None:
         """Something else is where the finger was."""
@@ -91,15 +73,6 @@ class Rest:
         """That disappears; if it was touched last, something else may now be under the finger."""
         if widget.collide_point(*widget.to_widget(*self._finger)):
             self.after_moving()
-
-    def let_go(self) -> None:
-        """Present touches press nothing, except the one being handled. Widgets that track touches themselves have a
-        ``let_go(touch)``."""
-        now = Clock.get_time()
-        just_left = [reference() for began, reference in self._touches if now - began < SHORT]
-        for touch in {id(touch): touch for touch in (*EventLoop.touches, *just_left) if touch is not None}.values():
-            if touch.grab_current is None:
-                _let_go(touch)
 
     # ------------------------------------------------------------------ touches
     def _ignore(self, seconds, area=EVERYWHERE) -> None:
@@ -120,61 +93,36 @@ class Rest:
             return True
         self._finger = x, y
         places.begin(touch)
-        self._touches = [(began, known) for began, known in self._touches if now - began < SHORT] + [
-            (now, weakref.ref(touch))
-        ]
         return False
 
     # ------------------------------------------------------------------ keys
-    def is_held(self, key: int) -> bool:
-        """Whether the key that has just been reported was down before: the system repeats it."""
-        return self._down.get(key, 0) > 1
-
-    def _ignore_keys(self, seconds, takes_letters) -> None:
-        """Ignore keys that are down now until they are released: the system may begin to repeat them later."""
-        self._keys_until, self._takes_letters = math.inf, takes_letters
+    def ignore_keys(self, seconds) -> None:
+        """Something has come or gone: a second Enter or Esc is not meant for what is there now."""
+        self._keys_until = math.inf
 
         def count(now):
             self._keys_until = now + seconds
 
         from_next_frame(count)
-        self._ignored.update(key for key in self._down if key not in MOVES)
         self.ask_first()
 
     def _key_down(self, _window, key, *_args) -> bool:
-        self._down[key] = self._down.get(key, 0) + 1
-        if Clock.get_time() < self._keys_until and (key in PRESSES if self._takes_letters else key not in MOVES):
-            self._ignored.add(key)
-        return key in self._ignored
-
-    def _typed(self, *_args) -> bool:
-        return Clock.get_time() < self._keys_until and not self._takes_letters
+        """One that is held presses once, though the system repeats it."""
+        is_repeated = key in self._down
+        self._down.add(key)
+        return key in PRESSES and (is_repeated or Clock.get_time() < self._keys_until)
 
     def _key_up(self, _window, key, *_args) -> None:
-        self._down.pop(key, None)
-        self._ignored.discard(key)
+        self._down.discard(key)
 
     def _forget_keys(self, *_args) -> None:
         """Another window learns that they are released."""
         self._down.clear()
-        self._ignored.clear()
 
 
 def from_next_frame(count) -> None:
     """Call ``count`` with the time when the present frame has been drawn, before touches that came while it was are handed on."""
     Clock.schedule_once(lambda _dt: count(Clock.get_time() - INSTANT), 0)
-
-
-def _let_go(touch) -> None:
-    for reference in touch.grab_list[:]:
-        widget = reference()
-        if isinstance(widget, ButtonBehavior):
-            touch.ungrab(widget)
-            widget.state = "normal"
-        elif isinstance(widget, ScrollView) and (drag := touch.ud.get(widget._get_uid())):
-            drag["mode"] = "scroll"  # no tap
-        elif hasattr(widget, "let_go"):
-            widget.let_go(touch)
 
 
 rest = Rest()

@@ -10,7 +10,8 @@ from kivymd.uix.card import MDCard
 from app.widgets.dock import dock, is_low, is_tall
 from app.widgets.events import Fires
 from app.widgets.menu import ESCAPE
-from app.widgets.rest import DOUBLE_TAP, rest
+from app.widgets.places import places
+from app.widgets.rest import DOUBLE_TAP, SETTLES, rest
 from app.widgets.surfaces import Passive
 
 EDGES = ("right", "bottom", "full")
@@ -134,10 +135,10 @@ class Sheet(Fires, Passive, MDCard):
         dock.bind(height=self._arrange)
         Window.bind(on_keyboard=self._key)
         self.arrange()
-        rest.let_go()
+        places.let_go()
         rest.after_leaving(self)  # a second tap is not meant for it
         if self.is_question:
-            rest.keys_after_opening()
+            rest.ignore_keys(SETTLES)
 
     def _followed(self, place) -> dict:
         return dict.fromkeys(("size",) if place is Window else ("size", "pos"), self._arrange_later)
@@ -145,9 +146,9 @@ class Sheet(Fires, Passive, MDCard):
     def leave(self, foot: bool = True) -> None:
         """Take it from its place; its widgets stay, so that it can be shown again. ``foot``: that may have been pressed."""
         place = self.parent
-        rest.let_go()
+        places.let_go()
         rest.after_leaving(self, FOOT_RESTS if self.foot and foot else DOUBLE_TAP)
-        rest.keys_after_closing()
+        rest.ignore_keys(DOUBLE_TAP)
         dock.leave(self)
         dock.unbind(height=self._arrange)
         Window.unbind(on_keyboard=self._key)

@@ -120,7 +120,7 @@ class KeyFocus:
             on_key_down=self._key_down, on_keyboard=self._key, on_touch_down=self._touched, children=self._tops_changed
         )
         dock.bind(question=self._tops_changed)
-        rest.ask_first()  # it knows which keys are held
+        rest.ask_first()
 
     def stop(self) -> None:
         Window.unbind(
@@ -175,7 +175,7 @@ class KeyFocus:
             return key == TAB or self._key_in_search(key)
         if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
-        if not rest.is_held(key) and self.target.state == "normal" and not getattr(self.target, "busy", False):
+        if self.target.state == "normal" and not getattr(self.target, "busy", False):
             self.target.trigger_action(0.1)
         return True
 
@@ -186,8 +186,7 @@ class KeyFocus:
             return False
         found = choice.found()
         if len(found) == 1 and key != DOWN:
-            if not rest.is_held(key):
-                choice.chosen(found[0].key)
+            choice.chosen(found[0].key)
         elif found:
             self._reveal_row(choice.ids.option_list.__self__, found[0].key, _middle(dock.field)[0])
         return True

@@ -86,8 +86,11 @@ def test_a_touch_right_after_another_question_answers_nothing(ui):
     answers = ui.show(Answers(about="p1", options=["Yes", "No"], spacing=8), (360, 100))
     sent = []
     answers.bind(on_answer=lambda _answers, option: sent.append(option))
+    ui.advance(1)
     answers.about = "p2"
-    ui.tap(ui.find(PromptOption, text="No"))
+    ui.advance(0.1)
+    no = ui.find(PromptOption, text="No")
+    ui.tap_at(*no.to_window(*no.center))
     assert sent == []
     ui.advance(1.1)
     ui.tap(ui.find(PromptOption, text="No"))

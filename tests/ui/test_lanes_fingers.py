@@ -163,6 +163,7 @@ def test_bars_after_a_break_lie_at_their_time_and_a_drag_crosses_it(ui):
     ui.advance(0.2)
     assert chart.left_of(60) == pytest.approx(88 + 6 * unit)
     fingers(chart, [(300, y), (320, y), (300 + 6 * unit + 72, y)])
+    ui.advance()
     ui.tap_at(88 + 6 * unit + 36, y)
     assert breaks == [(pytest.approx(30, abs=2),)]
 
@@ -240,7 +241,7 @@ def test_a_bar_whose_lane_has_just_come_under_the_finger_is_not_opened(ui, lanes
 
 
 @pytest.mark.parametrize("held", [0.1, LONG + 0.1])
-def test_a_finger_opens_or_lifts_what_it_touched_first_also_when_lanes_move(ui, lanes, held):
+def test_a_finger_opens_or_moves_nothing_when_lanes_have_moved_under_it(ui, lanes, held):
     opened, moved = fired(lanes, "on_bar"), fired(lanes, "on_moved")
     touch = put_down(lanes.left_of(5), lanes.y + 20)
     lanes.lanes = [lanes.lanes[2], *lanes.lanes[:2]]
@@ -248,7 +249,7 @@ def test_a_finger_opens_or_lifts_what_it_touched_first_also_when_lanes_move(ui, 
     if held > LONG:
         touch.touch_move(lanes.left_of(9), lanes.y + 20)
     touch.touch_up()
-    assert ([*opened, *((key,) for key, _hour in moved)]) == [("Sisu",)]
+    assert (opened, moved) == ([], [])
 
 
 def test_a_second_tap_at_once_is_the_same_as_the_first(ui):
@@ -268,8 +269,6 @@ def test_a_second_tap_at_once_is_the_same_as_the_first(ui):
         put_down(x, chart.y + 20).touch_up()
         ui.advance(0.1)
     assert lines == [("idle",)]
-    ui.tap_at(x, y)
-    ui.advance(1)
     ui.tap_at(x, y)
     assert bars[1:] == [("b",)]
 

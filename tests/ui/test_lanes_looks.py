@@ -72,6 +72,15 @@ def test_bars_that_overlap_are_half_as_high_one_above_the_other_with_an_amber_ed
     assert {round(y) for y in amber.vertices[1::4]} == {round(boxes[n][0]) + up for n in (1, 2) for up in (0, 2, 4)}
 
 
+def test_of_three_bars_that_overlap_the_latest_lies_above(ui):
+    """Their names have room up to where the next one begins."""
+    bars = [Bar(1, 1, 4, state="draft"), Bar(2, 2, 5), Bar(3, 3, 6, state="draft"), Bar(4, 8, 9)]
+    chart = ui.show(Lanes(lanes=[Lane("Aino", bars=bars)], hours=24), (800, 160))
+    fills = [tuple(lanes_frame.colours()[state].fill) for state in ("draft", "planned")]
+    drawn = [tuple(one.rgba) for one in instructions(chart._drawing._bars) if isinstance(one, Color)]
+    assert [colour for colour in drawn if colour in fills] == [fills[0], fills[1], fills[0], fills[1]]
+
+
 @pytest.mark.parametrize(("lanes", "height"), [(1, 124), (4, 124), (8, 80), (20, 48)])
 def test_lanes_share_the_room_between_48_and_124_dp(ui, lanes, height):
     shown = [Lane(f"R{n}", key=n) for n in range(lanes)]

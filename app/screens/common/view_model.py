@@ -86,7 +86,7 @@ from app.screens.common.overlays import Dialogs
 from app.screens.common.threads import Background, Changed, Job, UiBus
 from app.widgets.dock import dock, is_low, is_tall
 from app.widgets.events import Fires
-from app.widgets.rest import rest
+from app.widgets.places import places
 from app.widgets.snackbar import Snackbars
 
 if TYPE_CHECKING:
@@ -329,7 +329,7 @@ class Navigator(Fires, EventDispatcher):
     def _hide(self) -> None:
         if self._shown is not None:
             self.dispatch("on_hide")
-            rest.let_go()  # a finger on it presses nothing any more
+            places.let_go()  # a finger on it presses nothing any more
             dock.leave(self._shown)
             self._shown.hidden()
             self._shown = None

@@ -106,4 +106,4 @@ class Dimming:
     def _wake(self) -> None:
         self._used()
         self._brighten()
-        rest.after_closing()  # the second tap of two, or the letter of the key
+        rest.after_closing()  # the second tap of two

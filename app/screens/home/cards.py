@@ -12,7 +12,6 @@ from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 
-from app.screens.common.presses import DOUBLE_TAP
 from app.screens.home.fleet_model import FleetState
 from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
@@ -138,8 +137,7 @@ class PromptOption(CommandButton):
 
 class Answers(Late, GridLayout):
     """Equal buttons for the ``options``: in one row if they fit, large if possible, else in columns as wide as the
-    longest, or one below the other. A tap fires ``on_answer(option)``, unless it is ``busy`` sending an answer. A touch
-    right after ``about`` has changed was meant for the previous question."""
+    longest, or one below the other. A tap fires ``on_answer(option)``, unless it is ``busy`` sending an answer."""
 
     about = StringProperty()  # the question
     options = ListProperty()
@@ -149,7 +147,6 @@ class Answers(Late, GridLayout):
 
     def __init__(self, **kwargs: Any) -> None:
         self._arrange = Clock.create_trigger(self._choose_columns, -1)
-        self._last, self._rests_until = "", 0.0
         super().__init__(cols=1, **kwargs)
         self.fbind("width", self._arrange)
 
@@ -164,14 +161,10 @@ class Answers(Late, GridLayout):
     def _button(self, answer: tuple[str, str]) -> PromptOption:
         return PromptOption(text=answer[1], on_release=lambda _button: self._press(*answer))
 
-    def on_about(self, *_: Any) -> None:
-        if self._last:
-            self._rests_until = Clock.get_time() + DOUBLE_TAP
-        self._last = self.about
-        self.on_options()
+    on_about = on_options
 
     def _press(self, about: str, option: str) -> None:
-        if about == self.about and Clock.get_time() >= self._rests_until:
+        if about == self.about:
             self.dispatch("on_answer", option)
 
     def on_busy(self, *_: Any) -> None:
