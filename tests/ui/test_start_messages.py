@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from app.database.robots import Hold
 from app.domain.execution import Execution, ReasonCode, State, Wait
 from app.domain.robot import MissionParameter
 from app.screens.common.cancelled import say_cancelled
@@ -16,7 +15,7 @@ from app.screens.common.group_starts import GroupStarts
 from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.common.overlays import Dialogs
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports, as_it_is, outcome
+from app.screens.common.started import StartReports, outcome
 from app.screens.common.threads import Changed, UiBus
 from app.screens.common.view_model import Navigator
 from app.screens.frame.controller import FrameController
@@ -71,12 +70,13 @@ class World:
         self.bus, self.ui = UiBus(), ui
         self.shell = Shell(Navigator(None, {}), Dialogs(), Snackbars(), self.bus, AtOnce())
         self.reports = StartReports(
-            self.shell, lambda key: self.row if self.row is not None and self.row.id == key else None
+            self.shell,
+            SimpleNamespace(get=lambda key: self.row if self.row is not None and self.row.id == key else None),
         )
 
-    def becomes(self, row: Execution, topic: Topic = Topic.EXECUTIONS) -> None:
+    def becomes(self, row: Execution) -> None:
         self.row = row
-        self.bus.publish(Changed(topic))
+        self.bus.publish(Changed(Topic.EXECUTIONS))
         self.ui.advance()
 
     @property
@@ -88,9 +88,8 @@ class World:
 def world(ui, caplog):
     ui.advance()  # the clock may not have ticked for long
     made = World(ui)
-    made.close = made.reports.open()
     yield made
-    made.close()
+    made.reports.close()
     made.shell.snackbars.clear()
     assert [record.getMessage() for record in caplog.get_records("call") if record.levelno >= logging.ERROR] == []
 
@@ -111,7 +110,7 @@ def test_a_start_of_a_group_that_soon_has_a_robot_is_not_said_to_wait(world, ui)
 def test_a_start_still_without_a_robot_is_said_to_wait_once(world, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
-    ui.advance(1.2)
+    ui.advance(5.2)
     [message] = world.messages
     assert message.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
     world.becomes(UNBOUND)
@@ -122,7 +121,6 @@ def test_a_robot_that_refuses_the_values_is_named(world, ui):
     world.row = BOUND
     world.reports.follow(BOUND)
     world.becomes(REFUSED)
-    ui.advance(1.2)
     [message] = world.messages
     assert message.startswith("Kits is not sent yet. Veikko refused it: There is no such mission: ")
 
@@ -145,7 +143,7 @@ def test_a_released_start_is_not_said_to_wait_any_more(world, ui):
     [message] = world.messages
     assert message.startswith("Kits is not sent to Aino yet. ")
     ui.advance(2)
-    world.becomes(BOUND, Topic.HOLDS)  # released, being sent
+    world.becomes(BOUND)  # released, being sent
     assert world.messages == []
     world.becomes(SENT)
     assert world.messages == ["Kits is sent to Aino. Aino: free now"]
@@ -201,7 +199,7 @@ def test_a_start_is_not_said_to_be_held_when_its_robot_stops_answering(world, ui
 def test_a_sent_start_is_not_said_to_be_held_on_another_screen(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
-    world.close()
+    world.reports.close()
     [message] = world.messages
     assert message.startswith("Kits is not sent to Aino yet. ")
     world.becomes(SENT)
@@ -211,8 +209,7 @@ def test_a_sent_start_is_not_said_to_be_held_on_another_screen(world, ui):
 def test_nothing_begins_to_be_said_once_another_screen_is_shown(world, ui):
     world.row = BOUND
     world.reports.follow(BOUND)
-    world.close()
-    world.reports.follow(BOUND)  # it was written only then
+    world.reports.close()
     ui.advance(6)
     world.becomes(SENT)
     assert world.messages == []
@@ -224,6 +221,7 @@ def test_a_start_of_a_group_that_is_not_held_any_more_is_said_to_wait_for_a_robo
     [message] = world.messages
     assert message.startswith("Kits is not sent yet. On hold: Maintenance")
     world.becomes(UNBOUND)
+    ui.advance(5.2)
     [message] = world.messages
     assert message.startswith("Kits is not sent yet. Waits for a robot of Hall 1 until ")
 
@@ -232,7 +230,7 @@ def test_a_start_is_not_followed_after_its_message_ended(world, ui):
     """Not even for a database that was put in the place of this one."""
     world.row = HELD
     world.reports.follow(HELD)
-    world.close()
+    world.reports.close()
     world.shell.snackbars.clear()
     world.becomes(SENT)
     assert (world.messages, world.bus._handlers[Changed]) == ([], [])
@@ -251,7 +249,8 @@ SILENT = replace(execution(7, AINO, "Kits", State.WAITING), wait=Wait.DUE)
 )
 def test_a_robot_is_no_longer_waited_for_once_it_answered_or_the_start_ended(world, ui, becomes, said):
     world.row = SILENT
-    world.reports.follow(SILENT, is_silent=True)
+    world.reports.follow(SILENT)
+    ui.advance(5.2)
     [message] = world.messages
     assert message.startswith("Kits: no answer from Aino, tried until ")
     ui.advance(1)
@@ -277,14 +276,6 @@ def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
         assert world.messages == [message]
     ui.advance(3)
     assert world.messages == []
-
-
-def test_a_start_on_a_silent_robot_says_that_it_waits_although_it_was_already_tried(world, ui):
-    world.row = replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=1)
-    world.reports.follow(SILENT, is_silent=True)
-    ui.advance()
-    [message] = world.messages
-    assert message.startswith("Kits: no answer from Aino, tried until ")
 
 
 def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):
@@ -316,10 +307,10 @@ def test_a_cancelled_start_is_no_longer_said_to_be_sent(world, ui):
 def test_two_starts_with_the_same_words_are_both_followed(world, ui):
     first, second = UNBOUND, replace(UNBOUND, id=8)
     rows = {7: first, 8: second}
-    world.reports._read = rows.get
+    world.reports._history = rows
     for row in rows.values():
         world.reports.follow(row)
-    ui.advance(1.2)
+    ui.advance(5.2)
     assert len(world.messages) == 1
     rows[7] = SENT
     world.becomes(SENT)
@@ -343,39 +334,10 @@ def dock(world) -> dict[str, str]:
 def test_messages_about_a_start_name_its_values(world, dock, ui):
     world.row = replace(UNBOUND, parameters=dock)
     world.reports.follow(world.row)
-    ui.advance(1.2)
+    ui.advance(5.2)
     assert world.messages[0].startswith("Kits · Dock 3 is not sent yet. ")
     world.becomes(replace(SENT, parameters=dock))
     assert world.messages == ["Kits · Dock 3 is sent to Aino. Aino: free now"]
-
-
-class Rows:
-    """A ledger that still says that it is held, and the holds."""
-
-    def __init__(self, row: Execution, hold: Hold | None) -> None:
-        self.row, self.hold = row, hold
-
-    def get(self, _key: int) -> Execution:
-        return self.row
-
-    def active(self, _robot_id: int) -> Hold | None:
-        return self.hold
-
-
-@pytest.mark.parametrize(
-    ("row", "hold", "wait"),
-    [
-        (HELD, Hold("Maintenance"), Wait.HOLD),
-        (HELD, None, Wait.DUE),
-        (replace(HELD, wait=Wait.CLOCK), None, Wait.DUE),
-        (replace(HELD, held=True), None, Wait.HOLD),
-        (replace(HELD, wait=Wait.BATTERY), None, Wait.BATTERY),
-        (replace(HELD, robot_id=None), None, Wait.HOLD),
-    ],
-)
-def test_a_released_start_is_not_shown_as_held_before_its_next_attempt(row, hold, wait):
-    rows = Rows(row, hold)
-    assert as_it_is(rows, rows)(7).wait is wait
 
 
 # ---------------------------------------------------------------------- what a person does with it
@@ -456,7 +418,7 @@ def test_stopping_a_start_for_any_robot_names_the_one_that_the_fleet_chose(world
 def test_a_waiting_start_that_is_held_is_said_only_to_be_held(world, starts, ui):
     world.row = UNBOUND
     world.reports.follow(UNBOUND)
-    ui.advance(1.2)
+    ui.advance(5.2)
     starts.hold(UNBOUND, True)
     assert world.messages == ["Kits is on hold"]
     world.becomes(replace(UNBOUND, wait=Wait.HOLD, held=True))

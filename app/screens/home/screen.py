@@ -19,7 +19,7 @@ from app.screens.common.group_starts import GroupStarts
 from app.screens.common.presses import Commands, Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
-from app.screens.common.started import StartReports, as_it_is
+from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewModel
 from app.screens.home.card import battery_words, can_reset
 from app.screens.home.cards import HomeEmpty, HomeLow, HomeSmall, HomeTall, HomeWide, MapPage
@@ -63,7 +63,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
-        self.started = StartReports(shell, as_it_is(services.history, services.holds))
+        self.started = StartReports(shell, services.history)
         self._seen_running: dict[OnRobot, datetime] = {}
         self._cancelling: set[OnRobot] = set()
         self._answered: dict[str, float] = {}
@@ -91,7 +91,7 @@ class HomeViewModel(HomeCommands, ViewModel):
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
-        self.keep(self.started.open())
+        self.keep(self.started.close)
         self.every(READ_EVERY, self._read_mates)
         self._reset.forget()
         self.keep(self._reader.start())

@@ -202,10 +202,8 @@ class Sending:
         robot, token = self._home.facts.robot, str(uuid.uuid4())
         if robot is None:
             return False
-        is_held = self._home.facts.hold(robot.id, self._services.clock.now()) is not None
-        is_silent = target.group_id is None and self._home.card.old and not is_held
         return self._home.act_once(
             OfRobot(("run", mission.id), robot.id),
             lambda: start(self._services.operator, target, robot.id, mission.id, values, token),
-            lambda execution: self._home.started.follow(execution, is_silent),
+            self._home.started.follow,
         )

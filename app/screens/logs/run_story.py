@@ -12,7 +12,7 @@ from kivy.properties import BooleanProperty, ObjectProperty
 from app.i18n import _
 from app.screens.common.shell import Shell
 from app.screens.common.start_now import start_now
-from app.screens.common.started import StartReports, as_it_is, say_not_started
+from app.screens.common.started import StartReports, say_not_started
 from app.screens.common.view_model import Refresher
 from app.screens.logs import of_groups, view
 from app.screens.logs.facts import LogsServices, filters_with, read_story
@@ -54,14 +54,14 @@ class RunStory(EventDispatcher):
         self._facts: StoryFacts | None = None
         self._is_linked = False  # another screen asked for it: its list has to have it
         self._sheet: StorySheet | None = None
-        self._started = StartReports(shell, as_it_is(services.history, services.holds))
+        self._started = StartReports(shell, services.history)
         self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: self.run)
         self.fbind("run", self._look_around)
         logs.fbind("rows", self._look_around)
 
     def start(self) -> None:
         """The screen is shown."""
-        self._logs.keep(self._started.open())
+        self._logs.keep(self._started.close)
         self._logs.keep(self.refresher.start())
 
     def open(self, run: int) -> None:

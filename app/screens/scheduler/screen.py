@@ -15,7 +15,7 @@ from app.screens.common.group_starts import GroupStarts
 from app.screens.common.mission_names import MissionNameLookup
 from app.screens.common.presses import Presses
 from app.screens.common.shell import Shell
-from app.screens.common.started import StartReports, as_it_is
+from app.screens.common.started import StartReports
 from app.screens.common.view_model import Changed, Refresher, ScreenBase
 from app.screens.scheduler import cards, hold_view, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
@@ -56,7 +56,7 @@ class SchedulerViewModel(OnTimeline):
         super().__init__()
         self._services, self._shell, self.sheets = services, shell, shell.sheets
         self._refresher = Refresher(shell, self._reading, self._take)
-        self._started = StartReports(shell, as_it_is(services.history, services.holds))
+        self._started = StartReports(shell, services.history)
         self.actions = ScheduleActions(
             services, shell, self._started, lambda schedule: self._facts.called(schedule), done=self._refresher.request
         )
@@ -85,7 +85,7 @@ class SchedulerViewModel(OnTimeline):
         self.form.retranslated()  # in Settings, since
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._refresher.start())
-        self.keep(self._started.open())
+        self.keep(self._started.close)
         self.keep(self.advice.opened())
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
