@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections import deque
+from collections import OrderedDict
 from collections.abc import Callable, Hashable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -32,21 +32,18 @@ class UiBus:
     def __init__(self, per_frame: int = 100) -> None:
         self._per_frame = per_frame
         self._lock = threading.Lock()
-        self._queue: deque[tuple[Hashable | None, list[Any]]] = deque()
-        self._newest: dict[Hashable, list[Any]] = {}
+        self._calls: OrderedDict[Hashable, Callable[[], object]] = OrderedDict()  # by key: a new value keeps its place
         self._handlers: dict[type, list[Callable[[Any], object]]] = {}
         self._is_scheduled = False  # a call of _drain; one event of kivy's that two threads trigger can get lost
 
     def publish(self, event: object, key: Hashable | None = None) -> None:
         """Deliver ``event`` to those who subscribed to its class or to a class above it."""
+        self.post(partial(self._deliver, event), key)
+
+    def post(self, call: Callable[[], object], key: Hashable | None = None) -> None:
+        """Run ``call`` on the UI thread."""
         with self._lock:
-            if key is not None and key in self._newest:
-                self._newest[key][0] = event
-                return
-            slot = [event]
-            if key is not None:
-                self._newest[key] = slot
-            self._queue.append((key, slot))
+            self._calls[object() if key is None else key] = call
             self._schedule()
 
     def _schedule(self) -> None:
@@ -54,10 +51,6 @@ class UiBus:
         if not self._is_scheduled:
             self._is_scheduled = True
             Clock.schedule_once(self._drain)
-
-    def post(self, call: Callable[[], object]) -> None:
-        """Run ``call`` on the UI thread."""
-        self.publish(_Call(call))
 
     def subscribe(self, kind: type, handler: Callable[[Any], object]) -> Callable[[], None]:
         """Call ``handler(event)`` for events of class ``kind``; returns the function that ends it. On the UI thread."""
@@ -70,24 +63,18 @@ class UiBus:
         return unsubscribe
 
     def _drain(self, _dt: float) -> None:
-        with self._lock:
-            self._is_scheduled = False
+        self._is_scheduled = False
         for _n in range(self._per_frame):
             with self._lock:
-                if not self._queue:
+                if not self._calls:
                     return
-                key, slot = self._queue.popleft()
-                if key is not None:
-                    del self._newest[key]
-            self._deliver(slot[0])
+                _key, call = self._calls.popitem(last=False)
+            self._guarded(call)
         with self._lock:
-            if self._queue:
+            if self._calls:
                 self._schedule()
 
     def _deliver(self, event: object) -> None:
-        if isinstance(event, _Call):
-            self._guarded(event.call)
-            return
         for kind in type(event).__mro__:
             for handler in list(self._handlers.get(kind, ())):
                 self._guarded(handler, event)
@@ -119,22 +106,20 @@ def forward(changes: Changes, bus: UiBus) -> Callable[[], None]:
     return changes.subscribe(publish)
 
 
-class _Call:
-    def __init__(self, call: Callable[[], object]) -> None:
-        self.call = call
-
-
 Done = Callable[[Any], object]
 Failed = Callable[[BaseException], object]
 
 
+@dataclass(eq=False)
 class Job:
     """Work under way. ``cancel`` drops its result; the work itself runs to its end."""
 
-    def __init__(self, done: Done | None, failed: Failed | None, key: Hashable | None) -> None:
-        self.done, self.failed, self.key = done, failed, key
-        self.cancelled = False
-        self.finished = False
+    done: Done | None
+    failed: Failed | None
+    key: Hashable | None
+    apart: str
+    cancelled: bool = False
+    finished: bool = False
 
     def cancel(self) -> None:
         self.cancelled = True
@@ -165,7 +150,6 @@ class Background:
         self._threads: dict[str, Threads] = {}  # of all kinds of work: "" is what does not run apart
         self._unexpected = unexpected
         self._latest: dict[Hashable, Job] = {}
-        self._pending: set[Job] = set()
         self._is_closed = False
 
     def run(
@@ -186,47 +170,52 @@ class Background:
         """
         if self._is_closed:
             raise RuntimeError("no more work is taken")
-        job = Job(done, failed, key)
+        job = Job(done, failed, key, apart)
         if key is not None:
             if key in self._latest:
                 self._latest[key].cancel()
             self._latest[key] = job
-        self._pending.add(job)
         if apart not in self._threads:
             self._threads[apart] = Threads(apart or "work", APART if apart else self._workers)
         threads = self._threads[apart]
         threads.jobs[job] = result = threads.pool.submit(work)
         threads.peak = max(threads.peak, len(threads.jobs))
-        result.add_done_callback(partial(self._finish, job, apart))
+        result.add_done_callback(partial(self._finish, job))
         return job
 
     @property
     def idle(self) -> bool:
         """Nothing is running and every result has been delivered."""
-        return not self._pending
+        return not any(threads.jobs for threads in self._threads.values())
 
     def close(self) -> None:
         """Take no more work and deliver nothing more. Pressed commands are still run, so that no entry is lost; work
         that runs apart only ends, and its failures are not in the log."""
         self._is_closed = True
-        for job in self._pending:
-            job.cancel()
+        pressed: list[Future[Any]] = []
         for name, threads in self._threads.items():
+            for job in threads.jobs:
+                job.cancel()
             threads.pool.shutdown(wait=False, cancel_futures=bool(name))
-        pressed = [each for name, threads in self._threads.items() if not name for each in threads.jobs.values()]
+            pressed += [] if name else threads.jobs.values()
         for late in wait(pressed, LAST_WORDS).not_done:
             late.cancel()  # unless it runs
 
-    def _finish(self, job: Job, apart: str, result: Future[Any]) -> None:
+    def _finish(self, job: Job, result: Future[Any]) -> None:
         if result.cancelled():
             return
-        if self._is_closed and not apart and (problem := result.exception()):  # results are no longer delivered
+        if self._is_closed and not job.apart and (problem := result.exception()):  # results are no longer delivered
             log.error("work in the background failed", exc_info=problem)
         self._bus.post(partial(self._deliver, job, result))
 
     def _deliver(self, job: Job, result: Future[Any]) -> None:
-        self._pending.discard(job)
-        self._end_unused(job)
+        threads = self._threads[job.apart]
+        del threads.jobs[job]
+        if not threads.jobs and (job.apart or threads.peak > STAYING):
+            # Names of work come and go with robots and files, and hanging robots keep many threads busy. Unneeded threads
+            # would wait for ever, each with its reader of the database.
+            threads.pool.shutdown(wait=False)
+            del self._threads[job.apart]
         job.finished = True
         if job.key is not None and self._latest.get(job.key) is job:
             del self._latest[job.key]
@@ -241,12 +230,3 @@ class Background:
             log.error("work in the background failed", exc_info=problem)
             if self._unexpected is not None:
                 self._unexpected(problem)
-
-    def _end_unused(self, job: Job) -> None:
-        """Names of work come and go with robots and files, and hanging robots keep many threads busy. Unneeded threads
-        would wait for ever, each with its reader of the database."""
-        for name, threads in list(self._threads.items()):
-            threads.jobs.pop(job, None)
-            if not threads.jobs and (name or threads.peak > STAYING):
-                threads.pool.shutdown(wait=False)
-                del self._threads[name]
