@@ -22,7 +22,7 @@ SETTLES = 0.5  # s after one has replaced another, or covered a button, in which
 
 class Message:
     """A text that is shown for ``seconds``, which run while it is on screen; ``on_action`` runs when its button is pressed. Ends earlier
-    messages ``about`` any of the same, as they may be outdated. ``bar`` is the snackbar that showed it last."""
+    messages ``about`` any of the same, as they may be outdated."""
 
     def __init__(
         self,
@@ -36,7 +36,6 @@ class Message:
         self.text, self.icon, self.action, self.on_action = text, icon, action, on_action
         self.seconds = self.left = seconds
         self.about = frozenset(about) - {None}
-        self.bar: Snackbar | None = None
         self._timer, self._since = None, 0.0
 
     @property
@@ -108,6 +107,7 @@ class Snackbars:
 
     def __init__(self) -> None:
         self._pile: list[Message] = []
+        self._shown: tuple[Message, Snackbar] | None = None
         self.stack: SnackbarStack | None = None
 
     def show(self, text: str, *, icon: str = "", seconds: float = SECONDS, about: Hashable | None = None) -> None:
@@ -121,80 +121,69 @@ class Snackbars:
     def post(self, message: Message) -> None:
         """The same words without a button are not shown twice: they become the newest, with their full time."""
         top = self._pile[-1] if self._pile else None
-        ended = [said for said in self._pile if message.ends(said)]
-        if top is not None and top.repeats(message):
-            self._close_all(said for said in ended if said is not top)
-            top.stop()
-            top.left, top.about = message.seconds, message.about
-            top.begin(self._take_off)
-            return
-        self._pile.append(message)
         if top is not None:
-            self._hide(top)
-            if top.is_read and top not in ended:
-                ended.append(top)
-        self._close_all(ended)
-        self._show_top(instead=top is not None)
+            top.stop()
+        if top is not None and top.repeats(message):
+            top.left, top.about = message.seconds, message.about
+            top.begin(self._close)
+            self._keep(lambda said: said is top or not message.ends(said))
+        else:
+            self._keep(lambda said: not message.ends(said) and not (said is top and said.is_read), message)
 
     def end(self, about: Hashable) -> None:
         """End messages about that."""
-        self._close_all([said for said in self._pile if about in said.about])
+        self._keep(lambda said: about not in said.about)
 
     def clear(self) -> None:
         """Close all messages as if their time were over."""
-        self._close_all(list(self._pile))
+        self._keep(lambda said: False)
 
     def rebuild(self) -> None:
         """Show them in the sizes of now."""
-        for said in self._pile[-1:]:
-            self._hide(said)
-            Window.remove_widget(self.stack)
+        self._take_off()
         self.stack = None
-        if self._pile:
-            self._show_top(instead=True)
+        self._show_newest()
 
-    def _show_top(self, instead: bool) -> None:
-        """``instead``: in the place of another one."""
-        said = self._pile[-1]
-        stack = self.stack = self.stack or SnackbarStack()
-        Window.remove_widget(stack)  # on top of what was opened since
-        Window.add_widget(stack)
-        said.bar = Snackbar(text=said.text, icon=said.icon, action_text=said.action)
-        said.bar.bind(on_action=self._pressed)
-        said.bar.opacity = 1  # KivyMD's begins at 0
-        stack.below = len(self._pile) - 1
-        stack.add_widget(said.bar)
-        stack.settles_at = Clock.get_time() + SETTLES if instead or stack.wide or stack.low else 0.0
-        said.begin(self._take_off)
+    def _close(self, message: Message) -> None:
+        self._keep(lambda said: said is not message)
 
-    def _hide(self, said: Message) -> None:
-        said.stop()
-        if said.bar.parent is not None:
-            self.stack.remove_widget(said.bar)
+    def _keep(self, wanted: Callable[[Message], bool], *more: Message) -> None:
+        self._pile = [*filter(wanted, self._pile), *more]
+        self._show_newest()
 
-    def _pressed(self, bar: Snackbar) -> None:
-        """Perhaps of one that was covered when the finger was down already."""
-        said = next((said for said in self._pile if said.bar is bar), None)
-        if said is not None:
-            self._take_off(said)
-            if said.on_action is not None:
-                said.on_action()
+    def _show_newest(self) -> None:
+        newest, shown = self._pile[-1] if self._pile else None, self._shown
+        if shown is not None and shown[0] is not newest:
+            if shown[0] not in self._pile:
+                rest.after_leaving(shown[1])
+            self._take_off()
+        if newest is not None and self._shown is None:
+            stack = self.stack = self.stack or SnackbarStack()
+            bar = Snackbar(text=newest.text, icon=newest.icon, action_text=newest.action)
+            bar.bind(on_action=lambda _bar: self._pressed(newest))
+            bar.opacity = 1  # KivyMD's begins at 0
+            Window.add_widget(stack)  # on top of what was opened since
+            stack.add_widget(bar)
+            stack.settles_at = Clock.get_time() + SETTLES if shown is not None or stack.wide or stack.low else 0.0
+            self._shown = newest, bar
+            newest.begin(self._close)
+        if self.stack is not None:
+            self.stack.below = max(0, len(self._pile) - 1)
 
-    def _close_all(self, pile: Iterable[Message]) -> None:
-        for said in pile:
-            self._take_off(said)
-
-    def _take_off(self, said: Message) -> None:
-        was_top = said is self._pile[-1]
-        if was_top:
-            rest.after_leaving(said.bar)
-        self._hide(said)
-        self._pile.remove(said)
-        if not self._pile:
+    def _take_off(self) -> None:
+        if self._shown is not None:
+            message, bar = self._shown
+            message.stop()
+            self.stack.remove_widget(bar)
             Window.remove_widget(self.stack)
-        elif was_top:
-            self._show_top(instead=True)
-        self.stack.below = max(0, len(self._pile) - 1)
+            self._shown = None
+
+    def _pressed(self, message: Message) -> None:
+        """Perhaps of one that was covered when the finger was down already."""
+        if message in self._pile:
+            self._close(message)
+            if message.on_action is not None:
+                message.on_action()
 
     @property
     def texts(self) -> list[str]:
