@@ -4,7 +4,6 @@ nothing; fonts are only searched when a missing character is met. If no font of 
 """
 
 import os
-import re
 import struct
 import unicodedata
 from bisect import bisect_right
@@ -42,13 +41,9 @@ JOINING = (
     "Zp",
 )  # categories of characters that need no font of their own: spaces, accents
 
-IDEOGRAPHS = re.compile("[\u3400-\u4dbf\u4e00-\u9fff]+")
 HINTING = "light"  # heights fit pixels, widths are as drawn by the font's makers
-LOOKS = ("font_size", "font_kerning", "bold", "italic", "outline_width")  # what a character's width depends on
 
 T = TypeVar("T")
-
-_ideographs: dict[tuple[object, ...], tuple[int, int, int]] = {}  # width of the first and of each further one, height
 
 
 class Characters:
@@ -176,7 +171,7 @@ def apply() -> None:
     def get_extents(self, text: str) -> tuple[int, int]:
         if text.isascii():
             return measure(self, text)
-        sizes = [_size(run, self, measure) for run in runs_of(text, self.options["font_name_r"])]
+        sizes = [_in(run, self, measure, run.text) for run in runs_of(text, self.options["font_name_r"])]
         return sum(width for width, _height in sizes), max((height for _width, height in sizes), default=0)
 
     def render_text(self, text: str, x: float, y: float) -> None:
@@ -187,22 +182,9 @@ def apply() -> None:
         ascents = [_in(run, self, CoreLabel.get_ascent) for run in runs]
         for run, ascent in zip(runs, ascents, strict=True):
             _in(run, self, draw, run.text, x, y + max(ascents) - ascent)
-            x += _size(run, self, measure)[0]
+            x += _in(run, self, measure, run.text)[0]
 
     CoreLabel.__init__, CoreLabel.get_extents, CoreLabel._render_text = __init__, get_extents, render_text
-
-
-def _size(run: Run, label: CoreLabel, measure: Callable[..., tuple[int, int]]) -> tuple[int, int]:
-    """Width and height. All ideographs of a font have the same width, and measuring draws them, which takes half a
-    millisecond each: kivy would measure every character of a text without spaces."""
-    if not IDEOGRAPHS.fullmatch(run.text):
-        return _in(run, label, measure, run.text)
-    key = run.font, *(label.options[name] for name in LOOKS)
-    if key not in _ideographs:
-        (one, height), (two, _height) = (_in(run, label, measure, run.text[0] * number) for number in (1, 2))
-        _ideographs[key] = one, two - one, height
-    one, further, height = _ideographs[key]
-    return one + further * (len(run.text) - 1), height
 
 
 def _in(run: Run, label: CoreLabel, call: Callable[..., T], *arguments: object) -> T:

@@ -127,14 +127,6 @@ def test_a_label_has_room_for_the_higher_font(machine, ui):
     assert (other.width, other.height) > (plain.width, plain.height)
 
 
-def test_many_ideographs_are_as_wide_as_measured_together(machine):
-    for number in (1, 2, 7, 500):
-        assert line_width("机" * number, "Roboto", 16) == line_width(
-            "각" * number, "Roboto", 16
-        )  # both are empty boxes
-    assert line_width("机床" * 3, "Roboto", 32) == line_width("각" * 6, "Roboto", 32)
-
-
 def test_a_font_that_is_a_pipe_delays_nothing(machine):
     """Opening it would block until something writes into it."""
     os.mkfifo(machine / "Pipe.ttf")
