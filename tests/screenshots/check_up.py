@@ -56,11 +56,13 @@ class Checked(Plant):
 
     def opened(self, studio, name: str = "Aino"):
         """The check-up of a robot, with its sheet open."""
+        from app.screens.settings.check_up import open_check_up
+
         self.shown = self.screen(studio)
         page = self.shown.page
         studio.afterwards(self.shell.sheets.give_up)
         robot = next(robot for robot in page.context.facts.robots if robot.name == name)
-        page._open_check_up(robot)
+        open_check_up(page.context, robot)
         self.settle(studio)
         return self.shell.sheets.top.vm
 

@@ -51,11 +51,15 @@ def standing_of(context: PageContext, target: Robot | Fleet) -> NoticeView:
     if isinstance(target, Robot) and target.fleet is not None:
         return NoticeView()
     facts, running = context.facts, context.check_ups.get(key_of(target))
-    reports = facts.fleet_reports if isinstance(target, Fleet) else facts.reports
     is_left = isinstance(target, Robot) and target.id in facts.left_behind
     return (running and running.standing) or view.standing(
-        target, reports.get(target.id), context.now(), facts.settings.timezone, is_left=is_left
+        target, facts.report(target), context.now(), facts.settings.timezone, is_left=is_left
     )
+
+
+def open_check_up(context: PageContext, target: Robot | Fleet) -> None:
+    """That which runs, else a new one."""
+    (context.check_ups.get(key_of(target)) or CheckUp(context, target)).open(context.facts.report(target))
 
 
 class CheckUp(EventDispatcher):
@@ -183,21 +187,21 @@ class CheckUp(EventDispatcher):
 
     def pick_mission(self) -> None:
         """Ask the robot or the fleet for its own."""
-        check_ups, target = self._service, self._target
-
-        def options(names: Sequence[str]) -> list[Option]:
-            return view.mission_options(names, of_fleet=self.of_fleet)
-
-        self._pick("mission", _("Mission"), lambda: check_ups.harmless_missions(target.id), options)
+        self._pick(
+            "mission",
+            _("Mission"),
+            lambda: self._service.harmless_missions(self._target.id),
+            lambda names: view.mission_options(names, of_fleet=self.of_fleet),
+        )
 
     def pick_vehicle(self) -> None:
         """Ask the fleet for its robots."""
-        fleets, fleet = self._context.services.fleet_check_ups, self._target
-
-        def options(names: Sequence[str]) -> list[Option]:
-            return [Option(name, name, "robot-outline") for name in names]
-
-        self._pick("vehicle", _("Robot"), lambda: fleets.robots(fleet.id), options)
+        self._pick(
+            "vehicle",
+            _("Robot"),
+            lambda: self._context.services.fleet_check_ups.robots(self._target.id),
+            lambda names: [Option(name, name, "robot-outline") for name in names],
+        )
 
     def _pick(
         self, what: str, title: str, ask: Callable[[], Sequence[str]], options: Callable[[Sequence[str]], list[Option]]

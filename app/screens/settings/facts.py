@@ -94,6 +94,10 @@ class SettingsFacts:
         """Those of the plan, in order of name."""
         return tuple(robot for robot in self.robots if robot.fleet is not None and robot.fleet.id == fleet.id)
 
+    def report(self, target: Robot | Fleet) -> Report | None:
+        """Of its last check-up."""
+        return (self.fleet_reports if isinstance(target, Fleet) else self.reports).get(target.id)
+
     def mission(self, mission_id: int | None) -> Mission | None:
         return with_id(self.missions, mission_id)
 

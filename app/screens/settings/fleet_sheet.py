@@ -17,7 +17,7 @@ from app.mir.errors import RobotError
 from app.screens.common.problems import sentence_of
 from app.screens.settings import fleets_view as view
 from app.screens.settings import removals
-from app.screens.settings.check_up import CheckUp, key_of, standing_of
+from app.screens.settings.check_up import open_check_up, standing_of
 from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
 from app.screens.settings.page import PageContext
@@ -86,10 +86,7 @@ class FleetSheet(ConnectionSheet):
         context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
 
     def check_up(self) -> None:
-        """That which runs, else a new one."""
-        context, fleet = self.context, self.stored
-        check_up = context.check_ups.get(key_of(fleet)) or CheckUp(context, fleet)
-        check_up.open(context.facts.fleet_reports.get(fleet.id))
+        open_check_up(self.context, self.stored)
 
     def show_robots(self) -> None:
         self.context.shell.sheets.show(FleetRobotsSheet(self.context, self.stored))

@@ -49,7 +49,6 @@ from app.widgets.text import Txt
 
 SEARCH_FROM = 8  # missions
 NAMES, COLUMN = 360, 72  # sp: all but the columns of robots, and one of these
-FETCHED = "missions of a robot"  # what a message is about
 
 
 class MissionRow(Row, Tap):
@@ -163,8 +162,6 @@ class MissionsPage(SettingsPage):
             self.begin()
         if robot := self.context.facts.robot(intent.get("fetch_from")):
             self._ask(robot)
-        if "found" in intent and (robot := self.context.facts.robot(intent["found"][0])):
-            self._offer(robot, intent["found"][1])
 
     def begin(self) -> None:
         """The button shown while no missions exist."""
@@ -232,7 +229,6 @@ class MissionsPage(SettingsPage):
         if self.vm.fetching:
             return
         self.vm.fetching = True
-        self.context.shell.snackbars.end(FETCHED)
         self.vm.outcome = NoticeView(_("Asking {robot} for its missions …").format(robot=robot.name), icon="timer-sand")
         self.context.run(
             lambda: self.context.services.operator.fetch_missions(robot.id),
@@ -250,18 +246,8 @@ class MissionsPage(SettingsPage):
         """Not asked if the user has left the page."""
         self.vm.fetching = False
         self.vm.outcome = NoticeView()
-        if self.is_on_screen:
-            self._offer(robot, found)
-        else:
-            shell = self.context.shell
-            shell.snackbars.undo(
-                _("{robot} has sent its missions").format(robot=robot.name),
-                _("Choose"),
-                lambda: shell.go("settings", section="missions", found=(robot.id, found)),
-                about=FETCHED,
-            )
-
-    def _offer(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
+        if not self.is_on_screen:
+            return
         offered = offers(found, self.context.facts.missions, robot.id)
         if sentence := fetched_sentence(offered, robot):
             self.vm.outcome = done(sentence) if offered else NoticeView(sentence, tone="attention", icon="alert")

@@ -18,6 +18,7 @@ from app.i18n import _
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, SerialNumberHidden
 from app.screens.settings import removals, trust_view, view
+from app.screens.settings.check_up import open_check_up
 from app.screens.settings.connection_sheet import ConnectionSheet
 from app.screens.settings.edit_sheet import ask_and_delete
 from app.screens.settings.groups_view import hand_over_names
@@ -29,8 +30,8 @@ from app.widgets.items import Option
 
 
 class RobotSheet(ConnectionSheet):
-    """Its name, use and hand-over are saved at once, its connection once it has been tested. ``open_check_up(robot)`` shows
-    how its check-up stands, ``open_fleet(fleet)`` its fleet."""
+    """Its name, use and hand-over are saved at once, its connection once it has been tested. ``open_fleet(fleet)`` shows
+    its fleet."""
 
     kind = "robots"
     at_once = ("name", "enabled", "hand_over")
@@ -48,10 +49,9 @@ class RobotSheet(ConnectionSheet):
         self,
         context: PageContext,
         robot: Robot | None = None,
-        open_check_up: Callable[[Robot], object] = lambda _robot: None,
         open_fleet: Callable[[Fleet], object] = lambda _fleet: None,
     ) -> None:
-        self.open_check_up, self.open_fleet = open_check_up, open_fleet
+        self.open_fleet = open_fleet
         self._agreed_address = ""  # it was agreed that only this address identifies it
         problems = {}
         if robot is not None and context.facts.snapshot(robot.id).connection is Connection.UNAUTHORIZED:
@@ -93,7 +93,7 @@ class RobotSheet(ConnectionSheet):
             Option("delete", _("Delete"), "delete-outline", tone="fault"),
         ]
         acts: dict[str, Callable[[], object]] = {
-            "check up": lambda: self.open_check_up(robot),
+            "check up": lambda: open_check_up(self.context, robot),
             "fetch": lambda: go("settings", section="missions", fetch_from=robot.id),
             "delete": self.remove,
         }

@@ -11,7 +11,7 @@ from kivy.uix.widget import Widget
 
 from app.domain.models import Fleet, Robot
 from app.i18n import _
-from app.screens.settings.check_up import CheckUp, standing_of
+from app.screens.settings.check_up import open_check_up, standing_of
 from app.screens.settings.find import FindSheet
 from app.screens.settings.fleet_sheet import FleetSheet
 from app.screens.settings.fleets_view import ICON as FLEET_ICON
@@ -71,7 +71,7 @@ class RobotsPage(SettingsPage):
         elif fleet := self.context.facts.fleet(intent.get("fleet_id")):
             self._open_fleet(fleet)
         elif robot := self.context.facts.robot(intent.get("check_up")):
-            self._open_check_up(robot)
+            open_check_up(self.context, robot)
         elif robot := self.context.facts.robot(intent.get("robot_id")):
             self._open(robot)
 
@@ -112,14 +112,8 @@ class RobotsPage(SettingsPage):
         self.context.shell.sheets.show(FindSheet(self.context, add))
         self.show()
 
-    # ------------------------------------------------------------------ check-ups
-    def _open_check_up(self, robot: Robot) -> None:
-        """That which runs, else a new one."""
-        check_up = self.context.check_ups.get(robot.id) or CheckUp(self.context, robot)
-        check_up.open(self.context.facts.reports.get(robot.id))
-
     def _open(self, robot: Robot | None) -> RobotSheet:
-        sheet = RobotSheet(self.context, robot, self._open_check_up, lambda fleet: self.open(("fleet", fleet.id)))
+        sheet = RobotSheet(self.context, robot, lambda fleet: self.open(("fleet", fleet.id)))
         self.context.shell.sheets.show(sheet)
         if robot is not None and sheet.is_direct and self.context.facts.snapshot(robot.id).connection in NOT_TRUSTED:
             sheet.test()  # shows what answers, and asks

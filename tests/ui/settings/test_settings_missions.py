@@ -17,7 +17,6 @@ from app.widgets.fields import Field, PickBox, SearchField
 from app.widgets.menu import MenuRow
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.sheet import AskSheet
-from app.widgets.snackbar import Snackbar
 from app.window.key_focus import ESCAPE
 from tests.ui.integrator import enter, go, item_of, missions, page, press, says, section_row, undo
 from tests.ui.whole_app import GUIDS
@@ -85,27 +84,17 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
 
-def test_on_another_page_a_message_says_that_the_missions_arrived(site, app, ui):
+def test_on_another_page_it_is_not_asked_which_are_wanted(site, app, ui):
     site.add_robots()
     site.fleet.robots[0].control({"fault": {"kind": "late", "path": "/missions", "count": None, "seconds": 2.0}})
     go(ui, "missions")
     ask(ui, "Aino")
     go(ui, "about")
-    ui.wait(lambda: app.shell.snackbars.texts == ["Aino has sent its missions"])
+    ui.wait(lambda: app.shell.background.idle)
     assert app.shell.dialogs.top is None
-    ui.tap(ui.find(root=ui.find(Snackbar), text="Choose"))
-    ui.wait(lambda: ui.find_all(ChoiceSheet, multiple=True))
-    assert section_row(ui, "missions").item.look == "chosen"
-    app.shell.dialogs.close_all()
-    page(app).reached(found=(99, ()))  # of a robot that was deleted since
-    assert app.shell.dialogs.top is None
-    ask(ui, "Aino")
-    go(ui, "about")
-    ui.wait(lambda: app.shell.snackbars.texts == ["Aino has sent its missions"])
     go(ui, "missions")
-    ask(ui, "Aino")
-    assert app.shell.snackbars.texts == []  # it is asked again
     site.fleet.robots[0].control({"fault": None})
+    ask(ui, "Aino")
     ui.wait(lambda: ui.find_all(ChoiceSheet, multiple=True))
 
 
