@@ -113,11 +113,6 @@ def awaited(choice: Mapping[str, Any], zone: tzinfo | str, translate: Translate 
     return " · ".join([*parts, *_more(choice, robots, translate)])
 
 
-def may_any(choice: Mapping[str, Any]) -> bool:
-    """Whether any of the robots could take it, though it is busy."""
-    return bool(choice.get("more")) or any("out" not in robot for robot in _robots(choice))
-
-
 def _robots(choice: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
     robots = choice.get("robots", ())
     return (

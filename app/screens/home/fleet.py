@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Hashable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
@@ -204,39 +204,28 @@ def to_do(
 ) -> tuple[Item, ...]:
     """A row for each cause. ``halls``: names of groups by robot, where rows say it; in a ``tight`` list all buttons are
     below the words."""
-    known = [each for each in looks if each.group not in (Group.SILENT, Group.OFF, Group.STARTING)]
-    answering = sum(not each.robot.is_any for each in known)
-    return tuple(
-        _to_do(key, same, answering, settings, now, halls, tight)
-        for key, same in causes(looks, settings.timezone).items()
-    )
-
-
-def _to_do(
-    key: Hashable,
-    same: Sequence[Look],
-    answering: int,
-    settings: Settings,
-    now: datetime,
-    halls: Mapping[int, str],
-    tight: bool,
-) -> Item:
-    first = same[0]
-    where = dict.fromkeys(halls[each.robot.id] for each in same if each.robot.id in halls)
-    since = formats.day_and_time(first.since, settings.timezone, now) if first.since is not None else ""
-    return Item(
-        key,
-        title=first.fleet.name if first.fleet else _names(same),
-        support=first.problem if first.fleet or len(same) <= NAMED_UP_TO else _all_at_once(first, answering),
-        aside=" · ".join(filter(None, (since, *where))),
-        icon=first.cell.icon,
-        tone=first.cell.tone,
-        disc=True,
-        loud=first.cell.tone != "attention",
-        large=True,
-        below=tight or first.prompt is not None,
-        actions=_actions(first) if len(same) == 1 else (OPEN,),
-    )
+    silent = (Group.SILENT, Group.OFF, Group.STARTING)
+    answering = sum(each.group not in silent and not each.robot.is_any for each in looks)
+    rows = []
+    for key, same in causes(looks, settings.timezone).items():
+        first = same[0]
+        where = dict.fromkeys(halls[each.robot.id] for each in same if each.robot.id in halls)
+        since = formats.day_and_time(first.since, settings.timezone, now) if first.since is not None else ""
+        row = Item(
+            key,
+            title=first.fleet.name if first.fleet else _names(same),
+            support=first.problem if first.fleet or len(same) <= NAMED_UP_TO else _all_at_once(first, answering),
+            aside=" · ".join(filter(None, (since, *where))),
+            icon=first.cell.icon,
+            tone=first.cell.tone,
+            disc=True,
+            loud=first.cell.tone != "attention",
+            large=True,
+            below=tight or first.prompt is not None,
+            actions=_actions(first) if len(same) == 1 else (OPEN,),
+        )
+        rows.append(row)
+    return tuple(rows)
 
 
 OPEN = Action("open", icon="chevron-right")

@@ -9,6 +9,7 @@ from app.domain.activity import NO_DATA
 from app.domain.execution import Execution
 from app.screens.common.alarms_view import id_in
 from app.screens.common.shell import Shell
+from app.screens.common.view_model import Refresher
 from app.screens.home.facts import HomeServices
 
 LOOKED_BACK = timedelta(hours=24)  # for when a robot stopped or was paused
@@ -20,16 +21,17 @@ class Known:
     """Asks once for each, in the background, as the database takes its time. ``learnt()`` when there is something new."""
 
     def __init__(self, services: HomeServices, shell: Shell, learnt: Callable[[], object]) -> None:
-        self._services, self._shell, self._learnt = services, shell, learnt
+        self._services, self._learnt = services, learnt
         self._usual: dict[int, float | None] = {}  # s, by execution; None: unknown
         self._since: dict[int, datetime | None] = {}  # by robot; None: unknown
         self._runs: dict[int, Execution] = {}  # to be learnt, as
         self._robots: set[int] = set()
-        self._is_asking = False
+        self._reader = Refresher(shell, self._reading, self._take, lambda _problem: None)
 
-    def forget_robots(self) -> None:
-        """They were not looked at for a while."""
+    def open(self) -> Callable[[], None]:
+        """The robots were not looked at for a while. Returns what ends it."""
         self._since = {}
+        return self._reader.start()
 
     def keep_runs(self, open_ones: set[int]) -> None:
         self._usual = {number: usual for number, usual in self._usual.items() if number in open_ones}
@@ -38,12 +40,14 @@ class Known:
         """How long it usually takes, s, as far as it is known."""
         if run.id not in self._usual:
             self._runs[run.id] = run
+            self._reader.request()
         return self._usual.get(run.id)
 
     def since(self, robot_id: int) -> datetime | None:
         """Since when it needs a person, as far as it is known."""
         if robot_id not in self._since:
             self._robots.add(robot_id)
+            self._reader.request()
         return self._since.get(robot_id)
 
     def began(self, robot_id: int, at: datetime) -> None:
@@ -56,27 +60,18 @@ class Known:
     def ask_again(self) -> None:
         """What is not known: an alarm is stored after its robot was seen."""
         self._robots |= {robot_id for robot_id, since in self._since.items() if since is None}
+        if self._robots:
+            self._reader.request()
 
-    def learn(self) -> None:
-        if self._is_asking or not (self._runs or self._robots):
-            return
-        self._is_asking = True
-        runs, self._runs = self._runs, {}
-        robots, self._robots = self._robots, set()
-        services = self._services
+    def _reading(self) -> Callable[[], tuple[dict[int, float | None], dict[int, datetime | None]]]:
+        services, runs, robots = self._services, self._runs, self._robots
+        self._runs, self._robots = {}, set()
+        return lambda: (_usual(services, runs), _since_when(services, robots) if robots else {})
 
-        def learnt(found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
-            self._is_asking = False
-            self._usual |= found[0]
-            self._since = found[1] | {robot_id: since for robot_id, since in self._since.items() if since}
-            self._learnt()
-
-        def not_learnt(_problem: BaseException) -> None:
-            self._is_asking = False
-
-        self._shell.background.run(
-            lambda: (_usual(services, runs), _since_when(services, robots) if robots else {}), learnt, not_learnt
-        )
+    def _take(self, found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
+        self._usual |= found[0]
+        self._since = found[1] | {robot_id: since for robot_id, since in self._since.items() if since}
+        self._learnt()
 
 
 def _usual(services: HomeServices, runs: Mapping[int, Execution]) -> dict[int, float | None]:

@@ -17,7 +17,6 @@ from app.database.robots import Hold
 from app.domain.execution import Execution, State
 from app.domain.models import Group as RobotGroup
 from app.domain.models import Robot, RobotSnapshot, Settings
-from app.domain.robot import QueueItem, QueueState
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.robot_appearance import ANSWERS, is_old
@@ -45,11 +44,12 @@ from app.screens.home.fleet import (
     troubles_in_words,
 )
 from app.screens.home.fleet_known import Known
-from app.screens.home.waiting_model import WaitingModel
+from app.screens.home.waiting import waiting_rows, waiting_title
 from app.screens.home.wall import Wall
 from app.services.live.changes import Topic
 from app.widgets import finger
 from app.widgets.dock import dock
+from app.widgets.items import Item
 from app.widgets.menu import ESCAPE
 from app.widgets.rest import BY_ITSELF, rest
 
@@ -96,9 +96,8 @@ class Seen:
 
 class FleetViewModel(FleetState, ViewModel):
     """Gets robots and runs from Home by ``take``, their states from the snapshots; ``open_robot(id)`` selects one, and
-    ``command(robot, name, helps)`` sends one of Home's commands; ``helps``: the robot still needs it."""
-
-    waiting: WaitingModel  # what waits for a robot
+    ``command(robot, name, helps)`` sends one of Home's commands; ``helps``: the robot still needs it.
+    ``act_on_start(id, name)`` is for a start that waits for a robot."""
 
     def __init__(
         self,
@@ -106,19 +105,19 @@ class FleetViewModel(FleetState, ViewModel):
         shell: Shell,
         open_robot: Callable[[int], object],
         command: Callable[[Robot, str, bool], object],
+        act_on_start: Callable[[int, str], object],
     ) -> None:
         super().__init__()
-        self._services, self._shell, self._open_robot, self._command = services, shell, open_robot, command
+        self._services, self._shell = services, shell
+        self._open_robot, self._command, self._act_on_start = open_robot, command, act_on_start
+        self._starts: tuple[Item, ...] = ()  # that wait for a robot
         self._settings, self._has_alarms = Settings(), False
         self._holds: tuple[Hold, ...] = ()
         self._groups: tuple[RobotGroup, ...] = ()
         self._robots: Mapping[int, Robot] = {}  # in their places
         self._halls: Mapping[int, int] = {}  # the place of each robot's group, if they are too many for one page
         self._open_hall: int | None = None
-        self._ours: Mapping[
-            tuple[int, int | str], Execution
-        ] = {}  # by robot and queue id, or token before that is stored
-        self._followed: Mapping[int, int] = {}  # the queue id of the last item seen to begin, by robot
+        self._runs: Mapping[int, Execution] = {}  # under way, by robot
         self._known = Known(services, shell, self._learnt)
         self._seen: dict[int, Seen] = {}
         self._chosen: Group | Cause | str | None = None  # what the list shows instead of all that needs a person
@@ -141,7 +140,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.keep(self.wall.watch())
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
-        self._known.forget_robots()
+        self.keep(self._known.open())
         self.retranslated()
 
     def retranslated(self) -> None:
@@ -160,12 +159,8 @@ class FleetViewModel(FleetState, ViewModel):
         )
         self._robots = {robot.id: robot for robot in facts.robots}
         self._halls = halls_of(self._robots, facts.groups) if len(self._robots) > GROUPED_OVER and facts.groups else {}
-        self._ours = {
-            (e.robot_id, e.token if e.queue_id is None else e.queue_id): e for e in facts.open if e.robot_id is not None
-        }
-        self._followed = {
-            e.robot_id: e.queue_id for e in facts.open if e.state is State.EXECUTING and e.robot_id and e.queue_id
-        }
+        self._runs = {e.robot_id: e for e in facts.open if e.state is State.EXECUTING and e.robot_id is not None}
+        self._starts = waiting_rows(facts)
         self._known.keep_runs({e.id for e in facts.open})
         self._seen = {robot_id: seen for robot_id, seen in self._seen.items() if robot_id in self._robots}
         self._waiting = {robot_id: None for robot_id in self._waiting if robot_id in self._robots}
@@ -217,8 +212,6 @@ class FleetViewModel(FleetState, ViewModel):
             new += self._look_at(next(iter(self._waiting)))
         if self._waiting:
             self._soon()
-        if self.is_open:
-            self._known.learn()
         if self._is_behind:
             self._show()
 
@@ -270,23 +263,11 @@ class FleetViewModel(FleetState, ViewModel):
 
     def _left(self, robot_id: int, snapshot: RobotSnapshot, now: datetime) -> int | None:
         """How many minutes the robot's run still takes; of others' it is not known when they began."""
-        item = self._running(robot_id, snapshot)
-        run = item and (self._ours.get((robot_id, item.id)) or self._ours.get((robot_id, item.description)))
-        if not run or run.started_at is None:
+        run, number = self._runs.get(robot_id), snapshot.status.mission_queue_id if snapshot.status else None
+        if run is None or run.started_at is None or number not in (None, run.queue_id):
             return None
         usual = self._known.usual(run)
         return minutes_left((now - run.started_at).total_seconds(), usual) if usual else None
-
-    def _running(self, robot_id: int, snapshot: RobotSnapshot) -> QueueItem | None:
-        """By its status, as the queue of a robot that is not on screen is only read at polls; without a number there,
-        by its queue or the followed run."""
-        number = snapshot.status.mission_queue_id if snapshot.status else None
-        is_it = (
-            (lambda item: item.state is QueueState.EXECUTING) if number is None else (lambda item: item.id == number)
-        )
-        found = next(filter(is_it, snapshot.queue), None)
-        number = self._followed.get(robot_id) if number is None else number
-        return found if found is not None or number is None else QueueItem(number, QueueState.EXECUTING)
 
     # ------------------------------------------------------------------ showing
     def _show(self, by_hand: bool = False) -> None:
@@ -334,9 +315,9 @@ class FleetViewModel(FleetState, ViewModel):
         halls = {robot: self._groups[n].name for robot, n in self._halls.items() if n < len(self._groups)}
         rows = to_do(looks, self._settings, now, halls, self.tight)
         return Pane(
-            troubles_in_words(looks) or self.waiting.title,
+            troubles_in_words(looks) or waiting_title(len(self._starts)),
             "",
-            rows + tuple(self.waiting.rows),
+            rows + self._starts,
             more=more_than_on_wall(looks, zone),
         )
 
@@ -352,7 +333,7 @@ class FleetViewModel(FleetState, ViewModel):
     def act(self, key: Any, name: str) -> None:
         """A row of the list was used."""
         if isinstance(key, tuple) and key[0] == "start":
-            self.waiting.act(key[1], name)
+            self._act_on_start(key[1], name)
         elif isinstance(key, tuple):
             self.show_only(key)
         elif (seen := self._seen.get(key)) is None:

@@ -15,7 +15,7 @@ from kivy.uix.widget import Widget
 
 from app.i18n import _, languages, translator
 from app.screens.common import formats
-from app.screens.common.group_starts import GroupStarts
+from app.screens.common.group_starts import GroupStarts, robots_for
 from app.screens.common.presses import Commands, Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
@@ -31,7 +31,7 @@ from app.screens.home.learning import Learning
 from app.screens.home.map import robots_on_map
 from app.screens.home.sending import Sending
 from app.screens.home.view import ALL_ROBOTS, present, tabs
-from app.screens.home.waiting_model import WaitingModel
+from app.screens.home.waiting import others_for
 from app.services.live.changes import Topic
 from app.widgets import load_kv
 from app.widgets.items import Option
@@ -59,7 +59,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self.sheets = shell.sheets
-        self.fleet = FleetViewModel(services, shell, self.select_robot, self.command)
+        self.fleet = FleetViewModel(services, shell, self.select_robot, self.command, self.act_on_start)
         self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
@@ -82,7 +82,6 @@ class HomeViewModel(HomeCommands, ViewModel):
             self.started.follow,
             lambda number: next((row for row in self.facts.open if row.id == number), None),
         )
-        self.waiting = self.fleet.waiting = WaitingModel(services, self._group_starts)
         self._is_plan_old = True  # more than what the robots do has changed
         self._foot = (0, "")  # robot, and what the button on screen does
         self.sending = Sending(services, shell, self)
@@ -92,7 +91,7 @@ class HomeViewModel(HomeCommands, ViewModel):
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self.started.close)
-        self.every(READ_EVERY, self._read_mates)
+        self.every(READ_EVERY, self._read_again)
         self._reset.forget()
         self.keep(self._reader.start())
         self.every(1, self._tick)
@@ -124,13 +123,14 @@ class HomeViewModel(HomeCommands, ViewModel):
         others = {other.id: self._services.snapshots.get(other.id) for other in self.facts.robots if other is not robot}
         self.facts = replace(self.facts, snapshots={**self.facts.snapshots, **others})
         self._reset.look(self.facts)
-        if self.waiting.is_old():
-            self._is_plan_old = True
-            self._reader.request()
         self._show()
 
-    def _read_mates(self) -> None:
-        """While any robot of a fleet is shown, which are free is as new as on the page of all robots."""
+    def _read_again(self) -> None:
+        """What changes without an event: which robots are free of the fleet whose any robot is shown, and for what starts of groups
+        wait."""
+        if any(run.group_id is not None and run.queue_id is None for run in self.facts.open):
+            self._is_plan_old = True
+            self._reader.request()
         robot = self.facts.robot
         for each in self.facts.robots:
             if robot is not None and robot.is_any and each.fleet_id == robot.fleet_id:
@@ -155,9 +155,8 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.facts = facts
         self._note_running()
         self.learning.look(facts)
-        self.waiting.take(self.facts)
         self._reset.look(facts)
-        self.fleet.take(facts)
+        self.fleet.take(self.facts)
         self.loaded = True
         self._show()
 
@@ -262,20 +261,29 @@ class HomeViewModel(HomeCommands, ViewModel):
             case _, "open":
                 self._shell.go("logs", execution_id=key[1])
             case "waiting", _:
-                self._act_on_waiting(key[1], name)
+                self.act_on_start(key[1], name)
             case _, "cancel":
                 self.cancel((key[0], key[1]))
 
-    def _act_on_waiting(self, execution_id: int, name: str) -> None:
-        robot, row = self.facts.robot, next((row for row in self.facts.open if row.id == execution_id), None)
+    def act_on_start(self, execution_id: int, name: str) -> None:
+        """One that waits for a robot, of Today or of the list of all robots, or that a silent robot may have."""
+        facts, robot = self.facts, self.facts.robot
+        row = next((row for row in facts.open if row.id == execution_id), None)
         if robot is None or row is None:
             return
-        if name == "cancel":
-            self._group_starts.cancel(row)
-        elif row.robot_id is None:
-            self._group_starts.assign(row, robot.id)
-        else:  # on a silent robot
-            self._group_starts.start_also(row, robot.id, robot.name)
+        match name:
+            case "cancel":
+                self._group_starts.cancel(row)
+            case "give" if row.robot_id is not None:
+                self._group_starts.start_on_another(row, others_for(facts, row))
+            case "give":
+                now = self._services.clock.now()
+                options = robots_for(row, facts.robots, facts.groups, facts.holds, facts.settings, now)
+                self._group_starts.give(row, options)
+            case "here" if row.robot_id is not None:
+                self._group_starts.start_also(row, robot.id, robot.name)
+            case "here":
+                self._group_starts.assign(row, robot.id)
 
     def show_more(self, anchor: Widget) -> None:
         """What is seldom done to the queue."""

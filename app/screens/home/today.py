@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta
 
-from app.domain import choice, names, rules
+from app.domain import names, rules
 from app.domain.execution import Execution, ReasonCode, State, Wait
 from app.domain.models import Robot
 from app.domain.reasons import sentence
@@ -15,9 +15,10 @@ from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
-from app.screens.common.holding import HAND, held_note, waiting_words
+from app.screens.common.holding import HAND, held_note
 from app.screens.common.robot_appearance import STOPPED, is_old, why_not
 from app.screens.home.facts import HomeFacts
+from app.screens.home.waiting import group_starts, stuck_since, waits_for
 from app.services.allocation.choose import AHEAD
 from app.services.dispatch import idle
 from app.services.planning.planned import PlannedRun
@@ -239,26 +240,10 @@ def _now(facts: HomeFacts, item: QueueItem, key: tuple[str, int], old: bool, goe
 
 
 # ---------------------------------------------------------------------- what waits for a robot of a group
-def group_starts(facts: HomeFacts, robot: Robot) -> list[Execution]:
-    """Starts that this robot may get, or that a silent robot may have, in the order in which they get one."""
-    mine = {group.id for group in facts.groups if robot.id in group.members}
-    found = [run for run in facts.open if run.group_id in mine and (has_no_robot(run) or _stuck(facts, run))]
-    return sorted(found, key=lambda run: (-run.priority, run.planned_at, run.id))
-
-
-def _stuck(facts: HomeFacts, run: Execution) -> datetime | None:
-    """Since when the robot that may have it is silent."""
-    snapshot = facts.snapshots.get(run.robot_id or 0)
-    return choice.stuck_since(run, snapshot) if snapshot is not None else None
-
-
 def _waiting(facts: HomeFacts, robot: Robot) -> list[Item]:
     zone, rows = facts.settings.timezone, []
     for run in group_starts(facts, robot):
-        since = _stuck(facts, run)
-        words = choice.awaited(run.wait_details, zone, _).replace("; ", " · ") if run.wait is Wait.ROBOT else ""
-        if since is not None:
-            words = choice.stuck(run.robot, since, zone, _)
+        since = stuck_since(facts, run)
         actions: tuple[Action, ...] = (Action("here", _("Run here"), style="outlined", tone="attention"),)
         if since is not None and run.robot_id == robot.id:
             actions = ()
@@ -268,7 +253,7 @@ def _waiting(facts: HomeFacts, robot: Robot) -> list[Item]:
             Item(
                 ("waiting", run.id),
                 _("{mission} · any of {group}").format(mission=facts.mission_names.run(run), group=run.robot_group),
-                words or waiting_words(run, zone),
+                waits_for(facts, run),
                 lead=formats.clock_time(max(run.created_at, run.planned_at), zone),
                 icon="timer-sand",
                 tone="attention",

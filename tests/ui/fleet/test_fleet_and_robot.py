@@ -178,7 +178,7 @@ def test_starts_that_wait_for_a_robot_are_listed_below_what_needs_a_person(conta
         assert head(ui) == ""
         for _n in range(2):
             container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
-        ui.wait(lambda: head(ui) == "Waiting for a robot (2)")
+        ui.wait(lambda: head(ui) == "Waiting to start (2)")
         see(container, robots[3], sample.STOPPED)
         ui.wait(lambda: head(ui) == "1 needs you" and len(to_do(ui)) == 3)
         assert to_do(ui)[0] == robots[3].name
@@ -188,7 +188,7 @@ def test_a_start_is_assigned_to_a_robot_with_the_keyboard_alone(container, ui, r
     group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots)))
     container.operator.run_on_any(group.id, container.catalogue.missions()[0].id)
     with shown(container, ui) as app:
-        ui.wait(lambda: head(ui) == "Waiting for a robot (1)")
+        ui.wait(lambda: head(ui) == "Waiting to start (1)")
         settle(app, ui)
         tab_to(ui, RowButton, text="Give to a robot")
         ui.key(ENTER)

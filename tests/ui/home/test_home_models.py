@@ -9,14 +9,11 @@ from types import SimpleNamespace
 import pytest
 
 from app.domain.execution import State
-from app.domain.models import Group
 from app.screens.home import commands
 from app.screens.home.commands import HomeCommands, ResetReport
 from app.screens.home.screen import HomeViewModel
-from app.screens.home.waiting_model import READ_EVERY, WaitingModel
 from app.widgets.items import Item
 from tests.support import fleet_facts
-from tests.support.clock import VirtualClock
 from tests.support.home_facts import AINO, FACTS, FAILED, NOW, READY, execution, with_aino
 
 
@@ -35,23 +32,18 @@ def test_an_error_that_returns_later_is_no_failed_reset(monkeypatch, over):
     assert not replace(failed, reset_without_effect=report.without_effect).has_reset_no_effect
 
 
-def test_a_start_just_handed_to_a_robot_is_read_again_until_it_is_over():
+def test_while_a_start_of_a_group_waits_its_reason_is_read_again():
     """A robot that hangs publishes no change on which it would be read."""
-    handed = replace(
-        execution(60, AINO, "Kits", State.SUBMITTING),
-        robot_id=2,
-        robot="Veikko",
-        group_id=5,
-        robot_group="Hall 1",
-        planned_at=NOW,
-        created_at=NOW,
+    handed = replace(execution(60, AINO, "Kits", State.SUBMITTING), group_id=5, robot_group="Hall 1")
+    read: list[None] = []
+    page = SimpleNamespace(
+        facts=replace(FACTS, open=(handed,)), _reader=SimpleNamespace(request=lambda: read.append(None))
     )
-    model = WaitingModel(SimpleNamespace(clock=VirtualClock(NOW)), None)
-    model.take(replace(FACTS, groups=(Group("Hall 1", (1, 2), id=5),), open=(handed,)))
-    assert model.rows == []
-    assert any(model.is_old() for _second in range(READ_EVERY))
-    model.take(FACTS)
-    assert not any(model.is_old() for _second in range(READ_EVERY))
+    HomeViewModel._read_again(page)
+    assert (len(read), page._is_plan_old) == (1, True)
+    page.facts = replace(FACTS, open=(replace(handed, queue_id=7),))
+    HomeViewModel._read_again(page)
+    assert len(read) == 1
 
 
 @pytest.mark.parametrize(("selected", "asked"), [(fleet_facts.ANY.id, [10, 11, 12]), (11, [])])
@@ -62,7 +54,7 @@ def test_while_any_robot_of_a_fleet_is_shown_its_robots_are_read_again(selected,
         facts=replace(facts.about(selected), robots=(*facts.robots, AINO)),
         _services=SimpleNamespace(engine=SimpleNamespace(poll=polled.append)),
     )
-    HomeViewModel._read_mates(page)
+    HomeViewModel._read_again(page)
     assert polled == asked
 
 
