@@ -20,7 +20,7 @@ from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.view_model import Refresher
 from app.screens.home.card import error_words, has_errors
 from app.screens.home.cards import HomeState
-from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, Standing, standing
+from app.screens.home.facts import HomeFacts, HomeServices, Standing, standing
 from app.screens.home.fleet import ANSWER
 from app.widgets.items import Item
 
@@ -77,9 +77,6 @@ class HomeCommands(HomeState):
     _reader: Refresher[Any]
     _presses: Presses
     _reset: ResetReport
-    _cancelling: set[OnRobot]
-    _answered: dict[str, float]  # until when the robot may still show a question that took an answer, by its guid
-    _clearing: set[int]  # ids of robots whose queues are being cleared
     act_once: Callable[..., bool]  # as Commands.run
 
     def _show(self) -> None:
@@ -154,24 +151,17 @@ class HomeCommands(HomeState):
         self._shell.sheets.ask(asked, text, _("Clear queue"), lambda: self._clear(robot), _("Keep"))
 
     def _clear(self, robot: Robot) -> None:
-        self._clearing.add(robot.id)
-        self.facts = replace(self.facts, clearing=frozenset(self._clearing))
+        self.facts = replace(self.facts, clearing=self.facts.clearing | {robot.id})
         self.act_once(
             OfRobot("clear", robot.id),
             lambda: self._services.operator.clear_queue(robot.id),
-            lambda _done: self._cleared(robot),
+            self._saying(_("The queue of {robot} is cleared").format(robot=robot.name), "playlist-remove"),
             lambda problem: self._not_cleared(problem, robot),
         )
         self._show()
 
-    def _cleared(self, robot: Robot) -> None:
-        self._clearing.discard(robot.id)
-        said = _("The queue of {robot} is cleared").format(robot=robot.name)
-        self._shell.snackbars.show(said, icon="playlist-remove")
-
     def _not_cleared(self, problem: BaseException, robot: Robot) -> None:
         """The app's items are cancelled one by one if it is unknown whether the robot has cleared them."""
-        self._clearing.discard(robot.id)
         if isinstance(problem, RobotError) and not problem.certainly_without_effect:
             said = _("{robot} has not answered yet: missions sent from here are cancelled as soon as it does")
             self._shell.snackbars.show(said.format(robot=robot.name), icon="timer-sand", seconds=PROBLEM_SECONDS)
@@ -210,8 +200,7 @@ class HomeCommands(HomeState):
     def _cancel(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         operator, (kind, number) = self._services.operator, key
         if kind == "item":
-            self._cancelling.add((robot.id, number))
-            self.facts = replace(self.facts, cancelling=frozenset(self._cancelling))
+            self.facts = replace(self.facts, cancelling=self.facts.cancelling | {(robot.id, number)})
         self.act_once(
             OfRobot(key, robot.id),
             lambda: (
@@ -225,7 +214,7 @@ class HomeCommands(HomeState):
     def _not_cancelled(self, problem: BaseException, robot: Robot, key: tuple[str, int], name: str) -> None:
         kind, number = key
         if kind == "item":  # executions are numbered by themselves
-            self._cancelling.discard((robot.id, number))
+            self.facts = replace(self.facts, cancelling=self.facts.cancelling - {(robot.id, number)})
         if isinstance(problem, Rejected) and problem.status in GONE:
             said = _("{mission} had already ended").format(mission=name)
             self._shell.snackbars.show(said, icon="information-outline")
@@ -240,7 +229,8 @@ class HomeCommands(HomeState):
         """Answer that robot's question."""
 
         def answered(_none: None) -> None:
-            self._answered[guid] = Clock.get_time() + ASKED_UNTIL
+            until = Clock.get_time() + ASKED_UNTIL
+            self.facts = replace(self.facts, answered={**self.facts.answered, guid: until})
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._shell.snackbars.show(said, icon="comment-check-outline")
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, replace
-from datetime import datetime
 from typing import Any
 
 from kivy.clock import Clock
@@ -16,7 +15,7 @@ from kivy.uix.widget import Widget
 from app.i18n import _, languages, translator
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts, robots_for
-from app.screens.common.presses import Commands, Presses
+from app.screens.common.presses import Commands, OfRobot, Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports
@@ -24,7 +23,7 @@ from app.screens.common.view_model import Changed, Refresher, ScreenBase, ViewMo
 from app.screens.home.card import battery_words, can_reset
 from app.screens.home.cards import HomeEmpty, HomeLow, HomeSmall, HomeTall, HomeWide, MapPage
 from app.screens.home.commands import HomeCommands, ResetReport, foot_of
-from app.screens.home.facts import HomeFacts, HomeServices, OnRobot, read
+from app.screens.home.facts import HomeFacts, HomeServices, read
 from app.screens.home.fleet_model import READ_EVERY, FleetViewModel
 from app.screens.home.fleet_page import FleetPage
 from app.screens.home.learning import Learning
@@ -64,10 +63,6 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
         self.started = StartReports(shell, services.history)
-        self._seen_running: dict[OnRobot, datetime] = {}
-        self._cancelling: set[OnRobot] = set()
-        self._answered: dict[str, float] = {}
-        self._clearing: set[int] = set()  # ids of robots whose queues are being cleared
         self._reset = ResetReport(
             lambda text: shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
         )
@@ -140,7 +135,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._show()
 
     def _reading(self) -> Callable[[], HomeFacts]:
-        known, seen_running = None if self._is_plan_old or self.facts.is_new else self.facts, self._seen_running
+        known, seen_running = None if self._is_plan_old or self.facts.is_new else self.facts, self.facts.seen_running
         self._is_plan_old = False
         return lambda: read(self._services, known, seen_running)
 
@@ -152,8 +147,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         """Show what was read."""
         if "robot" in self.busy:  # the last choice is still being written
             facts = facts.about(self.facts.settings.selected_robot_id)
-        self.facts = facts
-        self._note_running()
+        self.facts = self._with_own(facts)
         self.learning.look(facts)
         self._reset.look(facts)
         self.fleet.take(self.facts)
@@ -164,21 +158,18 @@ class HomeViewModel(HomeCommands, ViewModel):
         self._is_plan_old = True
         self._shell.say_problem(problem)
 
-    def _note_running(self) -> None:
-        """Since when this tablet has seen an item run; when our own began is stored with the execution."""
-        facts, running = self.facts, self.facts.running
+    def _with_own(self, facts: HomeFacts) -> HomeFacts:
+        """With what this tablet alone knows: since when it has seen an item run (when our own began is stored with the
+        execution), and what was pressed."""
+        before, running = self.facts, facts.running
         seen = facts.on_robot(running) if running else None
-        self._seen_running = {seen: self._seen_running.get(seen) or self._services.clock.now()} if seen else {}
-        self._cancelling &= {
-            (robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue
-        }
-        self._answered = {guid: until for guid, until in self._answered.items() if Clock.get_time() < until}
-        self.facts = replace(
-            self.facts,
-            answered=frozenset(self._answered),
-            seen_running=self._seen_running,
-            cancelling=frozenset(self._cancelling),
-            clearing=frozenset(self._clearing),
+        queued = {(robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue}
+        return replace(
+            facts,
+            answered={guid: until for guid, until in before.answered.items() if Clock.get_time() < until},
+            seen_running={seen: before.seen_running.get(seen) or self._services.clock.now()} if seen else {},
+            cancelling=before.cancelling & queued,
+            clearing=frozenset(each.id for each in facts.robots if self._presses.is_same(OfRobot("clear", each.id))),
             mission_names=self._shell.mission_names.known,
         )
 
