@@ -142,15 +142,7 @@ class Sheets:
         left = next(sheet for sheet in stack if sheet.draft)
         screen, about, said = navigator.current, _draft_of(left), left.lost or _("Not saved")
 
-        def offer() -> None:
-            snackbars.undo(said, _("Undo"), pressed, about=about)
-
-        def pressed() -> None:
-            offer()  # until the guard lets the user pass
-            navigator.past_guard(screen, bring_back)
-
         def bring_back() -> None:
-            snackbars.end(about)
             if navigator.current != screen:
                 navigator.show(screen)
             self.give_up()
@@ -158,12 +150,32 @@ class Sheets:
             self._place.add_widget(stack[-1])
             self._give_keys(stack[-1])
 
-        offer()
+        offer_undo(navigator, snackbars, said, bring_back, behind=screen, about=about)
 
     def _put(self, sheet: Sheet) -> None:
         sheet.stack = self
         self._stack.append(sheet)
         self._place.add_widget(sheet)
+
+
+def offer_undo(
+    navigator: Navigator, snackbars: Snackbars, text: str, undo: Callable[[], object], *, behind: str, about: Hashable
+) -> None:
+    """Show ``text`` with Undo, instead of messages ``about`` the same, until the guard of the screen ``behind`` lets the user pass."""
+
+    def offer() -> None:
+        snackbars.end(about)
+        snackbars.undo(text, _("Undo"), pressed, about=about)
+
+    def pressed() -> None:
+        offer()
+        navigator.past_guard(behind, passed)
+
+    def passed() -> None:
+        snackbars.end(about)
+        undo()
+
+    offer()
 
 
 def _draft_of(sheet: Sheet) -> Hashable:

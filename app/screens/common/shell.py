@@ -17,11 +17,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from app.domain.models import InvalidInput, Robot
-from app.i18n import _
 from app.mir.errors import RobotError
 from app.screens.common.mission_names import SharedMissionNames
 from app.screens.common.problems import sentence_of
-from app.screens.common.sheets import Sheets
+from app.screens.common.sheets import Sheets, offer_undo
 
 if TYPE_CHECKING:
     from app.screens.common.view_model import Background, Dialogs, Navigator, Snackbars, UiBus
@@ -113,17 +112,8 @@ class Shell:
                 log.error("could not be undone", exc_info=problem)
                 self.say_problem(problem)
 
-        def pressed() -> None:
-            offer()
-            self.navigator.past_guard(behind, passed)
-
-        def passed() -> None:
-            self.snackbars.end(topic)
+        def work() -> None:
             self.background.run(undo, lambda _none: undone(), refused)
 
-        def offer() -> None:
-            self.snackbars.end(topic)
-            self.snackbars.undo(text, _("Undo"), pressed, about=topic)
-
-        topic = pressed if about is None else about
-        offer()
+        topic = work if about is None else about
+        offer_undo(self.navigator, self.snackbars, text, work, behind=behind, about=topic)
