@@ -47,7 +47,7 @@ class AlarmsModel(ViewModel):
     rows = ListProperty()
     head = StringProperty()  # how many are new, or how many past ones there are
     empty = StringProperty()  # without rows
-    unseen = ListProperty()  # keys of unacknowledged rows of Open
+    unseen = ListProperty()  # ids of what is to be acknowledged in several rows of Open
     below = BooleanProperty(False)  # the buttons of a row are in a line of their own
 
     def __init__(self, services: FrameServices, shell: Shell, do: Do, back: Callable[[], object]) -> None:
@@ -99,11 +99,10 @@ class AlarmsModel(ViewModel):
         past: list[Together] = [(alarm,) for alarm in self._past or ()]
         groups = {"open": lines, "shelved": off, "past": past}[self.tab]
         self.rows = [item for group in groups for item in self._items(group)]
-        self.unseen = [
-            item.key for item in self.rows if self.tab == "open" and any(map(is_unseen, self._meant_by(item.key)))
-        ]
-        count = len(new_lines(lines))
-        self.head = ngettext("{n} new", "{n} new", count).format(n=count) if count and self.tab == "open" else ""
+        new = new_lines(lines) if self.tab == "open" else []
+        unseen = [alarm.id for group in new for alarm in group if is_unseen(alarm)]
+        self.unseen = unseen if len(new) > 1 else []
+        self.head = ngettext("{n} new", "{n} new", len(new)).format(n=len(new)) if new else ""
         if self.tab == "past" and self.rows:
             self.head = past_count(len(self.rows), self._past_total)
         is_reading = self.tab == "past" and self._past is None
@@ -165,7 +164,7 @@ class AlarmsModel(ViewModel):
             case "unshelve":
                 self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
             case "acknowledge":
-                self.acknowledge([key])
+                self.acknowledge([alarm.id for alarm in group if is_unseen(alarm)])
             case "reset":
                 self._reset(group[0])
             case "way" if way := way_to(group[0], self._robots):
@@ -184,10 +183,9 @@ class AlarmsModel(ViewModel):
             lambda problem: self._shell.say_not_done(problem, robot, _("Reset errors")),
         )
 
-    def acknowledge(self, keys: Sequence[tuple[str, int]]) -> None:
-        """Each alarm once, though it may be in a group above it."""
-        found = {alarm.id: alarm for key in keys for alarm in self._meant_by(key) if is_unseen(alarm)}
-        self._for_each(found.values(), lambda alarm: self._services.alarms.acknowledge(alarm.id))
+    def acknowledge(self, ids: Sequence[int]) -> None:
+        acknowledge = self._services.alarms.acknowledge
+        self._shell.background.run(lambda: [acknowledge(each) for each in ids], None, self._shell.say_problem)
 
     def _chosen(self, group: Together, chosen: str | int) -> None:
         """In the menu of a row."""

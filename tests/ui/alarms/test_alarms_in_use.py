@@ -25,8 +25,8 @@ from tests.ui.integrator import go
 
 
 # ---------------------------------------------------------------------- all of them
-def acknowledge_all(ui) -> None:
-    ui.tap(ui.find(CommandButton, ui.find(AlarmsScreen), text="Acknowledge all"))
+def acknowledge_all(ui, count: int) -> None:
+    ui.tap(ui.find(CommandButton, ui.find(AlarmsScreen), text=f"Acknowledge all {count}"))
 
 
 def unseen(alarms) -> int:
@@ -42,7 +42,7 @@ def test_one_press_acknowledges_all(app, alarms, ui):
     wait_for_rows(ui, 3)
     assert (dialog.vm.head, tab(ui, "open").tab.count) == ("3 new", 3)
     assert checks.problems(dialog) == []
-    acknowledge_all(ui)
+    acknowledge_all(ui, 5)
     ui.wait(lambda: not unseen(alarms) and not dialog.vm.unseen)
 
 
@@ -53,13 +53,19 @@ def test_an_alarm_that_just_came_is_not_acknowledged_unread(app, alarms, ui):
     open_list(ui)
     wait_for_rows(ui, 2)
     ui.advance(1)
-    button = ui.find(CommandButton, ui.find(AlarmsScreen), text="Acknowledge all")
+    button = ui.find(CommandButton, ui.find(AlarmsScreen), text="Acknowledge all 2")
     alarms.raise_("emergency_stop", "robot:90", robot="Aino")
     wait_for_rows(ui, 3)
     ui.tap_at(*button.to_window(*button.center))
     ui.wait(lambda: app.shell.background.idle)
     assert unseen(alarms) == 3
-    acknowledge_all(ui)
+    lift = ui.press(button)
+    alarms.raise_("executions_missed", "plan", count=4)
+    wait_for_rows(ui, 4)
+    lift(0)
+    ui.wait(lambda: app.shell.background.idle)
+    assert unseen(alarms) == 4
+    acknowledge_all(ui, 4)
     ui.wait(lambda: not unseen(alarms))
 
 
