@@ -30,7 +30,8 @@ from app.widgets.menu import ESCAPE
 from app.widgets.rest import BY_ITSELF, from_next_frame, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
-STILL = 1.5  # s without a touch, after which no hand is at work
+STILL = 5.0  # s without a touch, after which no hand is at work
+STILL_WITH_SHEET = 60.0  # the same while a sheet is open: somebody may be reading it
 SETTLES = 0.5  # s after another banner has come, in which a touch was meant for what was there before
 
 
@@ -163,8 +164,8 @@ class Frame(Fires, Surface):
     tabs are in the top bar. ``banner`` has text, icon, tone, action, act and about.
 
     A banner moves the page when it comes and goes, as room that is always kept would cost a tenth of a low window. So it moves only
-    while no hand is at work: in the first moment after a while without a touch, or with another screen. For a moment after the banner
-    or another button in it has come, a tap was meant for what was there before, and presses nothing.
+    while no hand is at work: after a while without a touch, a long one beside an open sheet, or with another screen. For a moment after
+    the banner or another button in it has come, a tap was meant for what was there before, and presses nothing.
     """
 
     screen = ObjectProperty(None, allownone=True, rebind=True)
@@ -180,7 +181,7 @@ class Frame(Fires, Surface):
 
     def __init__(self, **kwargs):
         self._rests_until, self._touched_at, self._about = 0.0, -math.inf, None
-        self._when_still = Clock.create_trigger(self._make_room, STILL, interval=True)
+        self._when_still = Clock.create_trigger(self._make_room, 1, interval=True)
         super().__init__(**kwargs)
         self.ids.body.fbind("current_screen", self.setter("screen"))
 
@@ -197,7 +198,8 @@ class Frame(Fires, Surface):
     def _make_room(self, *_):
         """Or take it away; later where a hand is at work."""
         wanted = bool(self.banner and self.banner.text)
-        is_still = not finger.is_down() and Clock.get_time() - self._touched_at >= STILL
+        seconds = STILL_WITH_SHEET if dock.has_sheet else STILL
+        is_still = not finger.is_down() and Clock.get_time() - self._touched_at >= seconds
         if is_still and self.has_banner != wanted:
             self.has_banner = wanted
             self._rest(BY_ITSELF)
