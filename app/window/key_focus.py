@@ -1,6 +1,7 @@
 """The window by keys alone: Tab and the arrows go from target to target, Enter or the space bar presses the one in the ring."""
 
 import math
+from datetime import timedelta
 
 from kivy.clock import Clock
 from kivy.core.window import Window
@@ -18,9 +19,9 @@ from app.widgets.fields import FieldInput
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
 from app.widgets.menu import Menu
-from app.widgets.month import MonthDay
+from app.widgets.month import MonthDay, MonthGrid
 from app.widgets.rest import rest
-from app.widgets.sheet import Finds
+from app.widgets.sheet import Finds, Sheet
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
 
@@ -226,7 +227,8 @@ class KeyFocus:
             return  # of a row below a dialog nothing follows
         for n in range(1, len(reached) + 1):
             target = reached[(at + n * by) % len(reached)]
-            if not target.disabled and getattr(target, "is_tab_stop", True):
+            is_beside = isinstance(target, MonthDay) and self.target in target.parent.children
+            if not target.disabled and getattr(target, "is_tab_stop", True) and not is_beside:
                 self._go(target)
                 return
 
@@ -237,6 +239,9 @@ class KeyFocus:
         if self.target not in targets:
             if not self._go_to_chosen(targets):
                 self._step(1)
+            return
+        if isinstance(self.target, MonthDay):
+            self._turn_day(right - 7 * up)
             return
         far = {target: away for target in targets if (away := _far(self.target, target, right, up)) < math.inf}
         siblings = [target for target in far if isinstance(target, KeySeat) and target.parent is self.target.parent]
@@ -258,6 +263,21 @@ class KeyFocus:
         if day is not None:
             self._go(day)
         return day is not None
+
+    def _turn_day(self, days: int) -> None:
+        """To the day so many days later, in another month too, unless it can't be chosen."""
+        grid, before = next(around(self.target, MonthGrid)), self.target.item.day
+        day = before + timedelta(days)
+        months = 12 * (day.year - before.year) + day.month - before.month
+        grid.dispatch("on_turn", months)
+        Clock.schedule_once(lambda _dt: self._go_to_day(grid, day, months), 0)
+
+    def _go_to_day(self, grid, day, months: int) -> None:
+        found = next((each for each in self.targets() if isinstance(each, MonthDay) and each.item.day == day), None)
+        if found is None:
+            grid.dispatch("on_turn", -months)
+        else:
+            self._go(found)
 
     def _turn_list(self, by: int, following, x: float) -> bool:
         """Whether the ring goes to a long list's row that does not exist yet, as ``following`` is outside the list; to
@@ -295,11 +315,25 @@ class KeyFocus:
 
     def _go_in(self) -> None:
         """Move the ring to the widget that receives it (``receives_ring``) on a page that has replaced the one with the
-        ring, which keeps it for later."""
-        receiver = next((target for target in self.targets() if getattr(target, "receives_ring", False)), None)
-        if not parents(self.target) and receiver is not None:
+        ring, which keeps it for later; else into the sheet."""
+        if parents(self.target):
+            return
+        targets = self.targets()
+        receiver = next((target for target in targets if getattr(target, "receives_ring", False)), None)
+        sheets = [
+            (target, sheet)
+            for target in targets
+            for sheet in around(target, Sheet)
+            if sheet.is_picker or not sheet.is_question
+        ]
+        if receiver is not None:
             self._left.append(self.target)
             self.target = receiver
+        elif sheets:
+            bodies = (target for target, sheet in sheets if sheet.ids.body.__self__ in around(target))
+            self.target = next(bodies, sheets[0][0])
+            if dock.question is not None:
+                self._go_to_chosen(targets)
 
     def _go(self, target) -> None:
         if dock.field is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import date
+from datetime import date, timedelta
 
 import pytest
 from kivy.core.window import Window
@@ -16,7 +16,9 @@ from app.widgets.dock import dock
 from app.widgets.items import Item, Option
 from app.widgets.long_list import LongList
 from app.widgets.menu import Menu
+from app.widgets.month import MonthDay
 from app.widgets.scrolling import ScrollPage
+from app.widgets.sheet import Sheet
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB
 from tests.ui.ring import page_of
 
@@ -269,3 +271,46 @@ def test_enter_confirms_the_day_that_is_chosen_and_arrows_begin_at_it(ui, keys):
     ui.advance(0.3)
     assert picker.chosen == date(2026, 11, 27)
     close(ui)
+
+
+def test_arrows_go_from_month_to_month_as_far_as_days_can_be_chosen_and_tab_leaves_it(ui, keys):
+    ui.show(page_of("One"), (300, 300))
+    day, first = date(2026, 11, 27), date(2026, 11, 18)
+    picker = Dialogs().pick_date("Day", day, print, today=first, first=first)
+    ui.advance(0.5)
+    ui.key(DOWN)
+    week_before, day_before = day - timedelta(7), day - timedelta(8)
+    for key, reached in (
+        (DOWN, day + timedelta(7)),
+        (UP, day),
+        (UP, week_before),
+        (UP, week_before),
+        (LEFT, day_before),
+    ):
+        ui.key(key)
+        ui.advance(0.1)
+        assert (keys.target.item.day, picker.month) == (reached, reached.month)
+    ui.key(TAB)
+    assert not isinstance(keys.target, MonthDay)
+    close(ui)
+
+
+def test_the_ring_of_a_button_that_goes_is_in_the_sheet_that_comes(ui, keys):
+    page, sheet, sheets = page_of("New", "Other"), Sheet(title="Schedule", foot="Save"), Sheets()
+    sheet.add_widget(CommandButton(text="Mission", height=64))
+    ui.show(page, (300, 300))
+
+    def begin(button) -> None:
+        button.parent.remove_widget(button)
+        sheets.show(sheet)
+        sheets.pick(ChoiceSheet(title="Mission", options=[Option(n, f"Option {n}") for n in range(5)]), print)
+
+    ui.find(CommandButton, text="New").bind(on_release=begin)
+    ui.key(TAB)
+    ui.key(ENTER)
+    ui.advance(1)
+    assert keys.target.item.title == "Option 0"
+    ui.key(ENTER)
+    ui.advance(1)
+    assert keys.target.text == "Mission"
+    sheets.close(sheet)
