@@ -49,6 +49,7 @@ class TimelineView:
 
     origin: datetime | None = None
     lanes: tuple[Lane, ...] = ()
+    every: tuple[Lane, ...] = ()  # also of robots that are not chosen or in a line, and of groups without bars
     bands: tuple[Band, ...] = ()
     ticks: tuple[Tick, ...] = ()
     first: float = 0.0
@@ -103,7 +104,14 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
     read = Range(origin, *((instant - origin) / timedelta(hours=1) for instant in span))
     chosen, first = [robot for robot in facts.robots if robot.id in window.robots], read.at(left)
     made = _Lanes(facts, now, read, window.hours * THIN)
-    waiting, lanes = made.of(chosen or facts.robots)
+    groups, robots = [made.of_group(group) for group in facts.groups], [made.of_robot(robot) for robot in facts.robots]
+    seen = {robot.id for robot in chosen or facts.robots}
+    waiting = [
+        lane
+        for group, lane in zip(facts.groups, groups, strict=True)
+        if lane.bars and not seen.isdisjoint(group.members)
+    ]
+    lanes = [lane for lane in robots if lane.key in seen]
     taken = ((bar.start, bar.end) for lane in (*waiting, *lanes) for bar in lane.bars)
     closed = tuple(axis.closed(facts, read, taken, window.unfolded))
     folds = [band for band in closed if band.kind == "folded"]
@@ -114,6 +122,7 @@ def timeline(facts: SchedulerFacts, now: datetime, window: Window | None = None)
     return TimelineView(
         origin,
         lanes=(*waiting, *lanes),  # what has no robot is what people look for
+        every=(*groups, *robots),
         bands=(*closed, *axis.held(facts, now, read)),
         robots=_robots_word(facts, chosen),
         is_filtered=bool(chosen),
@@ -169,20 +178,14 @@ class _Lanes:
             if schedule.id in facts.more
         }
 
-    def of(self, robots: Sequence[Robot]) -> tuple[list[Lane], list[Lane]]:
-        """Of starts without a robot, where there are any, and of these robots."""
-        groups = (group for group in self._facts.groups if any(robot.id in group.members for robot in robots))
-        waiting = [lane for group in groups if (lane := self._of_group(group)).bars]
-        return waiting, [self._of_robot(robot) for robot in robots]
-
-    def _of_robot(self, robot: Robot) -> Lane:
+    def of_robot(self, robot: Robot) -> Lane:
         facts = self._facts
         said = axis.held_until(_own_hold(facts, robot.id, self._now), facts, self._now)
         icon, tone = facts.icons.get(robot.id, ("", "neutral"))
         note = (said or silence_word(facts.silent.get(robot.id))) if robot.enabled else off_word(robot)
         return self._lane(robot.id, robot.name, note)._replace(icon=icon, tone=tone)
 
-    def _of_group(self, group: Group) -> Lane:
+    def of_group(self, group: Group) -> Lane:
         """Starts without a robot of the group: now, in the past, or in the forecast."""
         key = "group", group.id
         note = _group_note(self._facts, group, self._planned[key])
@@ -334,11 +337,13 @@ def with_draft(
     forecast: Forecast,
     name: str,
 ) -> TimelineView:
-    """With the form's next starts dashed in the lane of its robot or group, and those of its schedule ``base`` as they
-    were. What they overlap with is what the form warns of."""
+    """With the form's next starts dashed in the lane of its robot or group, which is first if it was not shown, and those
+    of its schedule ``base`` as they were. What they overlap with is what the form warns of."""
     origin = view.origin
     if origin is None:
         return view
+    if forecast.starts and all(lane.key != target for lane in view.lanes):
+        view = replace(view, lanes=(*(lane for lane in view.every if lane.key == target), *view.lanes))
     length = (forecast.usual_s or ASSUMED_S) / 3600
     times = {start.instant: (start.instant - origin).total_seconds() / 3600 for start in forecast.starts}
     return _changed(

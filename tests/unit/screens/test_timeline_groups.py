@@ -13,9 +13,11 @@ from app.domain.execution import DurationEstimate, Execution, State, Trigger, Wa
 from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.screens.scheduler import bar_card
 from app.screens.scheduler.contested import Contested
-from app.screens.scheduler.facts import SchedulerFacts
-from app.screens.scheduler.timeline import timeline
+from app.screens.scheduler.facts import SchedulerFacts, Window
+from app.screens.scheduler.timeline import timeline, with_draft
+from app.services.catalogue.preview import Forecast
 from app.services.planning.planned import Conflict, PlannedRun, unassigned_robot
+from app.services.planning.recurrence import Occurrence
 
 NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)
 AINO, SISU = Robot("Aino", "a", id=1), Robot("Sisu", "s", id=2)
@@ -81,6 +83,27 @@ def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
     assert [item.text for item in card.items][:4] == ["Give to a robot", "Priority: Normal", "Hold", "Cancel"]
     held = bar_card.run_card(FACTS, replace(WAITS, held=True), NOW).items
     assert [(item.key, item.text) for item in held if item.key in ("hold", "release")] == [("release", "Release")]
+
+
+SEVENTEEN = replace(
+    FACTS,
+    robots=tuple(Robot(f"Robot {n:02}", "r", id=n) for n in range(1, 18)),
+    groups=(Group("Hall 1", tuple(range(1, 9)), id=5), Group("Hall 2", tuple(range(9, 17)), id=6)),
+    planned=(),
+)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "target"),
+    [((), 12), ((1, 2), 12), ((), ("group", 6))],
+    ids=["in a folded group", "not among the robots chosen", "a group without starts"],
+)
+def test_a_draft_is_seen_although_its_lane_was_not(chosen, target):
+    plan = timeline(SEVENTEEN, NOW, Window(robots=frozenset(chosen)))
+    assert target not in [lane.key for lane in plan.lanes]
+    first, *others = with_draft(plan, target, None, Forecast((Occurrence(AT, AT),)), "Kits").lanes
+    assert (first.key, [bar.state for bar in first.bars]) == (target, ["draft"])
+    assert others == list(plan.lanes)
 
 
 HOLD = Hold("cleaning", None, NOW, robot_id=1)
