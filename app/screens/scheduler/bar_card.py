@@ -12,6 +12,7 @@ from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import HAND, waiting_words
 from app.screens.common.priorities import word
+from app.screens.scheduler import of_groups
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
 from app.screens.scheduler.timeline import span_of
@@ -52,7 +53,13 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     chosen = choice.chosen(execution.choice, facts.zone, _)
     return Card(
         facts.mission_names.run(execution),
-        _lines(name, f"{whose} · {_from_to(facts, begins, ends)}", why, chosen),
+        _lines(
+            name,
+            f"{whose} · {_from_to(facts, begins, ends)}",
+            _moved(facts, execution.moved_from, execution.planned_at, now),
+            why,
+            chosen,
+        ),
         tuple(items),
     )
 
@@ -105,8 +112,19 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
         conflicts.sentence(each.code, each.at, each.details, facts.zone, _)
         for each in Contested(facts.conflicts).of(run)
     ]
-    note = _lines(facts.name(run.schedule), when, foreseen.sentence(run), length, held, *contested)
+    whole = facts.schedule(run.schedule.moved_of) or run.schedule
+    is_elsewhere = (whole.robot_id, whole.group_id) != (run.schedule.robot_id, run.schedule.group_id)
+    whose = of_groups.target_text(facts.target(whole)) if is_elsewhere else ""
+    moved = _moved(facts, run.schedule.moved_from, run.at, now, whose)
+    note = _lines(facts.name(run.schedule), when, moved, foreseen.sentence(run), length, held, *contested)
     return Card(facts.mission_names.start(run), note, items)
+
+
+def _moved(facts: SchedulerFacts, was: datetime | None, at: datetime, now: datetime, whose: str = "") -> str:
+    """From which time, and from ``whose`` robot if that was another one."""
+    time = "" if was in (None, at) else formats.day_and_time(was, facts.settings.timezone, now)
+    said = " · ".join(filter(None, (whose, time)))
+    return _("Moved from {where}").format(where=said) if said else ""
 
 
 def _from_to(facts: SchedulerFacts, begins: datetime, ends: datetime) -> str:

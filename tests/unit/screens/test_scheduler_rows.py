@@ -173,6 +173,24 @@ def test_a_name_of_its_own_is_shown_and_one_made_of_mission_and_robot_is_not():
     assert bar_card.start_card(facts(), planned(30, schedule=own), NOW).text.splitlines()[0] == "Morning round"
 
 
+@pytest.mark.parametrize(
+    ("where", "said"),
+    [
+        ({"moved_from": NOW - timedelta(hours=3)}, "Moved from 11:38"),
+        ({"moved_from": NOW + timedelta(minutes=22), "robot_id": 2}, "Moved from Aino"),
+        ({"moved_from": NOW - timedelta(days=1), "robot_id": 2}, "Moved from Aino · Thu 19 Nov 14:38"),
+    ],
+)
+def test_the_card_of_a_start_that_was_moved_says_where_it_was(where, said):
+    run = planned(22, schedule=replace(HOURLY, id=8, recurrence=None, moved_of=7, **where))
+    assert bar_card.start_card(facts(), run, NOW).text.splitlines()[2] == said
+
+
+def test_the_card_of_a_run_that_was_moved_says_when_it_was_planned():
+    started = execution(State.EXECUTING, 5, schedule_id=8, moved_from=NOW - timedelta(hours=3))
+    assert "Moved from 11:38" in bar_card.run_card(facts(), started, NOW).text.splitlines()
+
+
 def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
     ahead = execution(State.SKIPPED, -120, schedule_id=7, reason=Reason(ReasonCode.HOLD), ended_at=NOW)
     plan = facts(past=(ahead,), skips=frozenset({(7, ahead.planned_at)}))
