@@ -142,7 +142,7 @@ def test_a_password_is_hidden_until_the_eye_is_pressed(ui):
     line = ui.find(FieldInput)
     assert line.password
     eye = ui.find(IconButton)
-    assert eye.right == field.right
+    assert (eye.right, eye.center_y) == (field.right, line.center_y)
     ui.tap(eye)
     assert not line.password
     assert field.text == "secret"
