@@ -62,6 +62,7 @@ class FormModel(EventDispatcher):
         self._proposes = draft is None
         self.draft = self._begun = draft or self._fresh()  # as it is, and before anything was entered
         self.parameters = FormParameters(services, shell, lambda: self.draft, self._forecast_later)
+        self.parameters.bind(silent=lambda *_args: self.show())
         self.more = _uses_more(self.draft)
         self.show()
 
@@ -98,7 +99,7 @@ class FormModel(EventDispatcher):
         if self._proposes and self.draft == self._begun:
             self.draft = self._begun = self._fresh()
         if self.is_open:
-            self.parameters.ask(facts)
+            self.parameters.ask(facts, again=True)
         self.forecast()
 
     def aim(self, robot_id: int, at: datetime) -> None:
@@ -140,6 +141,7 @@ class FormModel(EventDispatcher):
     def show(self) -> None:
         """Build the texts again."""
         preview = Preview(problem=self._refused) if self._refused else self._preview
+        preview = replace(preview, silent=self.parameters.silent)
         self.view = form_view.present(self._facts, self.draft, preview, self._services.clock.now())
         self.more = self.more or self.view.wrong_field in form_view.UNDER_MORE
         if self._host.form is self:

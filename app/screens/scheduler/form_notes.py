@@ -24,10 +24,11 @@ MOST_DAYS = 3  # that are left out, by name
 
 @dataclass(frozen=True)
 class Preview:
-    """What the services answer to a draft: a forecast, or why it can't be saved."""
+    """What the services answer to a draft: a forecast, or why it can't be saved; and the robot that has not answered."""
 
     forecast: Forecast | None = None
     problem: InvalidInput | None = None
+    silent: str = ""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def notes(facts: SchedulerFacts, draft: Draft, preview: Preview, problem: str, n
     if problem:
         remedies = tuple(_ways_out(facts, draft, now))
         return (NoteRow(_("Instead"), remedies),) if remedies else ()
-    found = [*_left_out(draft), *_concerns(facts, draft, preview.forecast)]
+    found = [*_unknown(preview.silent), *_left_out(draft), *_concerns(facts, draft, preview.forecast)]
     return tuple(sorted(found, key=lambda note: (note.quiet, not note.remedies)))
 
 
@@ -83,6 +84,13 @@ def closed_weekdays(facts: SchedulerFacts, draft: Draft) -> list[str]:
     if draft.kind not in (Kind.WEEKLY, Kind.EVERY) or not draft.respect_working_days:
         return []
     return [day for day in draft.weekdays if day not in facts.settings.working_days]
+
+
+def _unknown(robot: str) -> Iterator[NoteRow]:
+    """The parameters of its mission."""
+    if robot:
+        text = _("{robot} has not said which values this mission needs. Nothing is sent without them")
+        yield NoteRow(text.format(robot=robot))
 
 
 def _left_out(draft: Draft) -> Iterator[NoteRow]:

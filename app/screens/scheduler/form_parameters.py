@@ -12,7 +12,6 @@ from kivy.properties import ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import Robot
 from app.domain.robot import MissionParameter
-from app.i18n import _
 from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
@@ -27,7 +26,8 @@ class FormParameters(EventDispatcher):
 
     fields = ListProperty()
     problems = ObjectProperty({})  # one sentence by name
-    asking = StringProperty()  # while nothing is known about the mission, but not for long
+    asking = StringProperty()  # its robot, while nothing is known about the mission, but not for long
+    silent = StringProperty()  # its robot, from then on until it answers
 
     def __init__(
         self,
@@ -40,7 +40,8 @@ class FormParameters(EventDispatcher):
         self._services, self._shell, self._draft, self._learned = services, shell, draft, learned
         self._parameters: Sequence[MissionParameter] = ()
         self._asked: tuple[int, str] | None = None  # robot, and guid of the mission
-        self._wait_no_longer = Clock.create_trigger(lambda _dt: setattr(self, "asking", ""), ROBOT_ANSWERS_WITHIN)
+        self._has_failed = False  # the last time that the robot was asked
+        self._wait_no_longer = Clock.create_trigger(self._stop_waiting, ROBOT_ANSWERS_WITHIN)
 
     def show(self) -> None:
         """In the language of now, with what was entered."""
@@ -53,59 +54,64 @@ class FormParameters(EventDispatcher):
         return {name: value for name, value in values.items() if _written(value) != found.get(name)}
 
     def values(self) -> dict[str, Any] | None:
-        """As the robot wants them; None if one can't be: its field says why, and a message, as it may be out of sight."""
+        """As the robot wants them; None if one can't be: its field says why."""
         self.problems = {}
         try:
             return values_of(self._parameters, {f.name: f.default for f in self.fields} | dict(self._draft().entered))
         except Problems as problems:
             self.problems = dict(problems.by_name)
-        said = next(
-            _("{field}: {problem}").format(field=field.label, problem=self.problems[field.name])
-            for field in self.fields
-            if field.name in self.problems
-        )
-        self._shell.snackbars.show(said, icon="alert-circle-outline")
-        return None
+            return None
 
     # ------------------------------------------------------------------ what robots are asked
     def forget(self) -> None:
         """Ask again."""
         self._asked = None
 
-    def ask(self, facts: SchedulerFacts) -> None:
-        """Once for a robot and a mission. Of a group the first robot that is switched on: a mission's parameters are the same on
-        all."""
+    def _stop_waiting(self, *_args: object) -> None:
+        self.silent, self.asking = self.asking or self.silent, ""
+
+    def ask(self, facts: SchedulerFacts, *, again: bool = False) -> None:
+        """Once for a robot and a mission, or ``again`` if that has failed. Of a group the first robot that is switched on: a
+        mission's parameters are the same on all."""
         draft = self._draft()
         members = [robot for robot in facts.members(draft.group_id) if robot.enabled]
         robot = facts.robot(draft.robot_id) if draft.group_id is None else next(iter(members), None)
         mission, known = facts.mission(draft.mission_id), self._shell.mission_names.known.parameters
         asked = (robot.id if robot else 0, mission.guid if mission else "")
-        if asked == self._asked:
+        if asked != self._asked:
+            self._asked, self.asking, self.silent, self.fields = asked, "", "", []
+            self._take(known.get(asked[1], ()))
+            if robot is not None and mission is not None and mission.guid not in known:
+                self.asking = robot.name
+                self._wait_no_longer.cancel()
+                self._wait_no_longer()
+        elif not (again and self._has_failed):
             return
-        self._asked, self.asking, self.fields = asked, "", []
-        self._take(known.get(asked[1], ()))
-        if robot is None or mission is None:
-            return
-        if mission.guid not in known:
-            self.asking = _("Asking {robot} …").format(robot=robot.name)
-            self._wait_no_longer.cancel()
-            self._wait_no_longer()
+        if robot is not None and mission is not None:
+            self._request(asked)
+            self._learn_names([member for member in members if member is not robot])
+
+    def _request(self, asked: tuple[int, str]) -> None:
+        self._has_failed = False
 
         def answered(found: Sequence[MissionParameter]) -> None:
-            self._shell.mission_names.take(mission.guid, found)
+            self._shell.mission_names.take(asked[1], found)
             if asked == self._asked:
-                self.asking = ""
+                self.asking = self.silent = ""
                 self._take(found)
                 self._learned()  # it may not have the mission at all
+
+        def failed(_problem: BaseException) -> None:
+            self._has_failed = True
+            self._stop_waiting()
 
         self._shell.background.run(
             lambda: self._parameters_of(*asked),
             answered,
-            lambda _problem: setattr(self, "asking", ""),
+            failed,
             key=("scheduler", "parameters"),
             apart="parameters",
         )
-        self._learn_names([member for member in members if member is not robot])
 
     def _parameters_of(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
         self._services.robot_missions.learn_names(robot_id)

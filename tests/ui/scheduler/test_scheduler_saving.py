@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from app.services.live.changes import Topic
 from app.widgets.flow import ParameterFields
 from tests.ui.planner import (
     KITS,
@@ -38,6 +39,38 @@ def test_typed_values_count_although_the_robot_does_not_answer(screen, container
     hanging.set()
     settle(screen, ui)
     assert stored(container, schedule).parameters == {"count": 9}
+
+
+def test_without_an_answer_the_form_says_what_is_not_known_until_it_comes(screen, container, ui, hanging, monkeypatch):
+    monkeypatch.setattr(
+        container.robot_missions, "parameters", lambda _robot_id, _guid: hanging.wait(30) and (PALLETS,)
+    )
+    new(screen, ui)
+    screen.plan.form.set(mission_id=next(one.id for one in container.catalogue.missions() if one.name == KITS))
+    ui.advance(0.2)
+    assert "Asking Aino …" in ui.texts()
+    ui.advance(4)
+    words = "Aino has not said which values this mission needs. Nothing is sent without them"
+    assert (words in ui.texts(), save_button(ui).disabled) == (True, False)
+    hanging.set()
+    ui.wait(lambda: ui.find(ParameterFields).children)
+    assert words not in ui.texts()
+
+
+def test_a_robot_that_failed_is_asked_again_with_the_next_reading(screen, container, ui, hanging, monkeypatch):
+    answers = iter((OSError("no answer"), (PALLETS,)))
+
+    def parameters(_robot_id, _guid):
+        if isinstance(answer := next(answers), OSError):
+            raise answer
+        return answer
+
+    monkeypatch.setattr(container.robot_missions, "parameters", parameters)
+    choose(screen, ui, "Mission", KITS)
+    assert screen.plan.form.parameters.silent == "Aino"
+    container.changes.publish(Topic.SETTINGS)
+    ui.wait(lambda: ui.find(ParameterFields).children)
+    assert screen.plan.form.parameters.silent == ""
 
 
 def test_changes_after_save_are_kept_when_saving_fails(screen, container, ui, refused):

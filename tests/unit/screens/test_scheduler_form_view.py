@@ -63,9 +63,17 @@ def test_the_form_shows_what_is_chosen():
         "06:30",
     )
     assert chosen.days[0] == ("MO", "Mo")
-    assert (chosen.battery, chosen.window, chosen.why) == ("40 %", "15 min", "")
-    assert shown(draft()).battery == "30 %"  # inherited
-    assert shown(draft(minimum_battery_percent=0.0)).battery == "Any"
+    assert (chosen.battery, chosen.window, chosen.why) == (40, 15, "")
+    assert shown(draft()).battery == 30  # inherited
+    assert shown(draft(minimum_battery_percent=0.0)).battery == 0
+
+
+def test_a_robot_that_has_not_said_what_the_mission_needs_is_a_warning_and_no_obstacle():
+    unknown = shown(draft(), Preview(Forecast((start(23),)), silent="Aino"))
+    assert (unknown.why, unknown.warning) == (
+        "",
+        "Aino has not said which values this mission needs. Nothing is sent without them",
+    )
 
 
 def test_saving_does_not_wait_for_the_answer_of_the_services():
