@@ -23,7 +23,6 @@ from kivymd.uix.textfield import MDTextField
 
 from app.domain import writing
 from app.widgets.around import around
-from app.widgets.buttons import CommandButton
 from app.widgets.dock import dock
 from app.widgets.events import Fires
 from app.widgets.places import places
@@ -162,8 +161,8 @@ class Field(Fires, BoxLayout):
 
     ``kind``: text, url, count (a whole number from 0), int and decimal are typed; any text can be, as it is checked when it is saved. A
     ``pick`` shows its ``value``, and a tap is ``on_release``. A ``step`` is a whole number from ``minimum`` to ``maximum`` between two
-    buttons, which lead to multiples of ``step``; its ``help`` should say the range: it turns red while the number is outside of it. With
-    ``optional`` an empty one means None.
+    buttons, which lead to multiples of ``step``; while the number is outside of the range it is red and its ``help``, or else the range, is
+    below it. With ``optional`` an empty one means None.
 
     ``on_commit`` fires on Enter or when the field is left, with the text, or the number of a step, if that has changed and is in the range;
     ``on_enter`` after it. ``password`` hides the text; the eye shows what was typed.
@@ -326,45 +325,3 @@ class PickBox(Tap):
     """The tappable frame of a pick field."""
 
     faulty = BooleanProperty(False)
-
-
-class RepeatButton(Fires, CommandButton):
-    """Of a number that can't be typed: fires ``on_step`` when tapped and, while held, ten times a second."""
-
-    __events__ = ("on_step",)
-
-    def __init__(self, **kwargs):
-        self._first = Clock.create_trigger(self._start_repeating, 0.5)
-        self._again = Clock.create_trigger(self._step, 0.1, interval=True)
-        super().__init__(**kwargs)
-
-    @property
-    def keeps_drag(self) -> bool:
-        """Only when it repeats: before that the finger may be about to scroll."""
-        return bool(self._again.is_triggered)
-
-    def on_press(self):
-        self._first()
-
-    def on_release(self):
-        if not self.keeps_drag:
-            self.dispatch("on_step")
-
-    def on_touch_up(self, touch):
-        is_mine = touch.grab_current is self
-        taken = super().on_touch_up(touch)
-        if is_mine:
-            self._first.cancel()
-            self._again.cancel()
-        return taken
-
-    def _start_repeating(self, _dt):
-        if self.state == "down":
-            self._again()
-            self._step(0)
-
-    def _step(self, _dt):
-        if self.state != "down" or self.disabled:
-            self._again.cancel()
-            return
-        self.dispatch("on_step")

@@ -10,7 +10,7 @@ from kivy.uix.widget import Widget
 
 from app.screens.scheduler.timeline import Bar, Lane
 from app.widgets.buttons import ChoiceChip, IconButton, Segment, Toggle
-from app.widgets.fields import Field, FieldInput, RepeatButton
+from app.widgets.fields import Field, FieldInput
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.long_list import LongList
 from app.widgets.scrolling import ScrollPage
@@ -94,22 +94,6 @@ def test_a_switch_stays_as_it_is(ui):
     slow_drag(ui, toggle, 0, 120)
     assert page.scroll_y < 0.95
     assert not toggle.active
-
-
-def test_a_stepper_is_scrolled_before_it_repeats_and_keeps_the_finger_afterwards(ui):
-    steps: list[object] = []
-    page = page_of(ui, plus := RepeatButton(icon="plus", on_step=steps.append))
-    slow_drag(ui, plus, 0, 120)
-    assert page.scroll_y < 0.95
-    assert steps == []
-    back_to_top(ui, page)
-    ui.tap(plus, hold=0.3)
-    assert len(steps) == 1
-    ui.tap(plus)
-    assert len(steps) == 2
-    slow_drag(ui, plus, 0, 20, rest=0.8)
-    assert page.scroll_y == 1
-    assert len(steps) > 5
 
 
 def test_a_row_is_scrolled(ui):

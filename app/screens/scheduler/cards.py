@@ -14,6 +14,7 @@ from app.widgets import lanes, list_row  # noqa: F401  (registers kivy classes)
 from app.widgets.buttons import CommandButton
 from app.widgets.display import EmptyState
 from app.widgets.events import Fires
+from app.widgets.fields import Field
 from app.widgets.items import Item
 from app.widgets.lists import Row
 from app.widgets.scrolling import CalmScroll, top_of_page, turn_to
@@ -76,6 +77,14 @@ class FormSheet(Sheet):
         """The model closes it, and brings entries back."""
         self.card.put_aside()
 
+    def on_done(self) -> None:
+        """A number that can't be is corrected first."""
+        wrong = next((each for each in self.walk(restrict=True) if isinstance(each, Field) and each.outside), None)
+        if wrong is None:
+            self.card.save()
+        else:
+            turn_to(wrong)
+
     def show_warning(self) -> None:
         """The first of the notes."""
         turn_to(self._notes()[0])
@@ -120,15 +129,6 @@ class FormFold(Tap):
 
 class StartLine(Row, BoxLayout):
     """One of the next starts."""
-
-
-class StepLine(Fires, BoxLayout):
-    """A value between minus and plus: ``on_step(direction)``."""
-
-    label = StringProperty()
-    value = StringProperty()
-
-    __events__ = ("on_step",)
 
 
 class SwitchLine(Fires, BoxLayout):

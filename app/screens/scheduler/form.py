@@ -20,7 +20,7 @@ from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler import form_view, of_groups
 from app.screens.scheduler.actions import about
-from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, MOST, Draft, Kind, Unit
+from app.screens.scheduler.draft import BEGINS_AT, DAY_BEGINS, Draft, Kind
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.screens.scheduler.form_notes import Preview
 from app.screens.scheduler.form_parameters import FormParameters
@@ -300,17 +300,8 @@ class FormModel(EventDispatcher):
         days = self.draft.weekdays
         self.set(weekdays=tuple(d for d in days if d != day) if day in days else (*days, day))
 
-    def step_every(self, direction: int) -> None:
-        """Minutes by five from ten on, else one by one."""
-        draft, number = self.draft, self.draft.every
-        step = 5 if draft.unit is Unit.MINUTES and min(number, number + direction) >= 10 else 1
-        self.set(every=min(max(number + step * direction, 1), MOST[draft.unit]))
-
-    def step(self, field: str, direction: int) -> None:
-        """To the next value of a number."""
-        self.set(**{field: form_view.stepped(self._facts, self.draft, field, direction)})
-
     def choose_number(self, field: str, number: int) -> None:
+        """None if it is as in Settings."""
         self.set(**{field: form_view.own(self._facts, self.draft, field, number)})
 
     def choose_also(self) -> None:

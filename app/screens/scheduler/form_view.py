@@ -37,12 +37,6 @@ UNDER_MORE = ("last_day", "name")
 SHOWN_FIELDS = ("mission", "robot", "day", "time", "kind", "weekdays", "until_time", *UNDER_MORE)
 SKIPPED = "skip-next"  # icon of a start that a person skips
 MANY_A_DAY = 100  # starts
-# fields that are stepped through: least, most, step
-STEPS = {
-    "minimum_battery_percent": (0, 100, 5),
-    "start_window_minutes": (1, 1440, 5),
-    "finish_by_minutes": (0, 1440, 15),
-}
 
 
 @dataclass(frozen=True)
@@ -65,19 +59,17 @@ class FormView:
     until: str = ""
     repeats: str = ""  # which of the rarer kinds
     days: tuple[tuple[str, str], ...] = ()  # of the week
-    every: str = ""
     common_every: tuple[Option, ...] = ()  # numbers that are chosen by one tap
     nth: str = ""
     month_weekday: str = ""
     last_day: str = ""
     also: str = ""
-    battery: str = ""
+    battery: int = 0  # %
     common_battery: tuple[Option, ...] = ()
-    window: str = ""
+    window: int = 0  # minutes
     overlaps: tuple[tuple[str, str], ...] = ()
     priority: int = 0
     priorities: tuple[tuple[int, str], ...] = ()
-    finish_by: str = ""
     name_hint: str = ""
     advanced: str = ""  # the rarer fields in a few words, while they are folded
     sentence: str = ""
@@ -127,19 +119,17 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
         until=formats.wall_time(draft.until_time),
         repeats=repeats_text(repeats_of(draft)),
         days=_days(),
-        every=formats.duration(draft.every * UNIT_S[draft.unit]),
         common_every=tuple(Option(n, str(n), selected=n == draft.every) for n in COMMON[draft.unit]),
         nth=nth_text(draft.nth),
         month_weekday=formats.current().weekdays[WEEKDAYS.index(draft.month_weekday)],
         last_day=formats.wall_day(draft.last_day, year=True) if draft.ends else _("None"),
         also=", ".join(formats.wall_time(draft.at.replace(hour=hour)) for hour in draft.more_hours) or _("None"),
-        battery=formats.percent(battery) if battery else _("Any"),
+        battery=battery,
         common_battery=tuple(Option(n, formats.percent(n), selected=n == battery) for n in COMMON_BATTERY),
-        window=formats.duration(60 * max(1, number_of(facts, draft, "start_window_minutes"))),
+        window=max(1, number_of(facts, draft, "start_window_minutes")),
         overlaps=_overlaps(draft),
         priority=level(draft.priority),
         priorities=of_groups.priorities(),
-        finish_by=_("Whenever") if draft.finish_by_minutes is None else formats.duration(draft.finish_by_minutes * 60),
         name_hint=_("{mission} on {robot}").format(mission=mission.name, robot=target.name)
         if mission and target
         else "",  # its name without an entered one
@@ -154,7 +144,7 @@ def present(facts: SchedulerFacts, draft: Draft, preview: Preview, now: datetime
 
 
 def number_of(facts: SchedulerFacts, draft: Draft, name: str) -> int:
-    """What holds in a field that is stepped through: the draft's own value, else that of Settings."""
+    """What holds: the draft's own value, else that of Settings."""
     number = getattr(draft, name)
     return _inherited(facts, draft, name) if number is None else int(number)
 
@@ -162,21 +152,11 @@ def number_of(facts: SchedulerFacts, draft: Draft, name: str) -> int:
 def _inherited(facts: SchedulerFacts, draft: Draft, name: str) -> int:
     if name == "start_window_minutes":
         return facts.settings.start_window_minutes
-    if name == "minimum_battery_percent":
-        return int(rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0)
-    return 0
-
-
-def stepped(facts: SchedulerFacts, draft: Draft, name: str, direction: int) -> int | None:
-    """The next value of a field that is stepped through, a multiple of its step, as ``own``."""
-    least, most, step = STEPS[name]
-    number = number_of(facts, draft, name)
-    wanted = (number // step + 1) * step if direction > 0 else (-(-number // step) - 1) * step
-    return own(facts, draft, name, min(max(wanted, least), most))
+    return int(rules.minimum_battery(None, facts.mission(draft.mission_id), facts.settings) or 0)
 
 
 def own(facts: SchedulerFacts, draft: Draft, name: str, number: int) -> int | None:
-    """The draft's own value of such a field; None: as in Settings, or none."""
+    """The draft's own value of such a number; None: as in Settings."""
     return None if number == _inherited(facts, draft, name) else number
 
 

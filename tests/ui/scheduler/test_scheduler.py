@@ -12,12 +12,12 @@ from app.domain.models import Between, Overlap
 from app.domain.robot import MissionParameter
 from app.mir.errors import Unreachable
 from app.screens.common.mission_names import NOTHING_KNOWN
-from app.screens.scheduler.cards import FormSheet, StartLine, StepLine
+from app.screens.scheduler.cards import FormSheet, StartLine
 from app.screens.scheduler.draft import Kind
 from app.services.live.changes import Topic
 from app.widgets.buttons import CommandButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.fields import Field, RepeatButton, SearchField
+from app.widgets.fields import Field, SearchField
 from app.widgets.pickers import TimeCell
 from app.widgets.snackbar import Snackbar
 from tests.support import month
@@ -45,12 +45,11 @@ def step(screen, ui, label: str, presses: str) -> str:
     """The value between minus and plus, after pressing them; the rarer fields are unfolded."""
     screen.plan.form.more = True
     settle(screen, ui)
-    line = ui.find(StepLine, label=label)
     for icon in presses.split():
-        reveal(ui, line)
-        ui.tap(ui.find(RepeatButton, line, icon=icon))
+        reveal(ui, field(ui, label))
+        ui.tap(ui.find(CommandButton, field(ui, label), icon=icon))
         settle(screen, ui)
-    return line.value
+    return f"{field(ui, label).value} {field(ui, label).unit}"
 
 
 def remedy(screen, ui, word: str) -> None:
@@ -207,7 +206,7 @@ def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, c
     pallets.text = "9"
     ui.tap(save_button(ui))
     settle(screen, ui)
-    assert pallets.problem == "It must be 1 to 8"
+    assert (pallets.outside, screen.plan.form.is_open) == (True, True)
     pallets.text = "2"
     ui.tap(ui.find(CommandButton, pallets, icon="plus"))
     save(screen, ui)
@@ -273,15 +272,21 @@ def test_the_limits_of_settings_hold_unless_others_are_chosen(screen, container,
     pick_time(screen, ui, "Time", 20, 15)
     assert step(screen, ui, "May start late", "minus minus minus") == "1 min"
     assert step(screen, ui, "May start late", "plus plus plus plus") == "20 min"
-    assert step(screen, ui, "Min. battery", " ".join(["minus"] * 6)) == "Any"
-    assert step(screen, ui, "Min. battery", " ".join(["plus"] * 6)) == "30 %"
+    assert step(screen, ui, "Min. battery", "minus") == "25 %"
+    assert step(screen, ui, "Min. battery", "plus") == "30 %"
+    ui.type(field(ui, "May start late"), "45")  # behind the 20
+    ui.tap(save_button(ui))
+    settle(screen, ui)
+    assert (screen.plan.form.is_open, "1 to 1440" in ui.texts()) == (True, True)
+    field(ui, "May start late").text = ""
+    ui.type(field(ui, "May start late"), "45")
     waits = ui.find(Segment, text="Waits")
     reveal(ui, waits)
     ui.tap(waits)
     settle(screen, ui)
     save(screen, ui)
     saved = next(schedule for schedule in schedules(container) if schedule.start == datetime(2026, 11, 20, 20, 15))
-    assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 20, Overlap.QUEUE)
+    assert (saved.minimum_battery_percent, saved.start_window_minutes, saved.overlap) == (None, 45, Overlap.QUEUE)
 
 
 def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, container, ui):
@@ -291,7 +296,7 @@ def test_a_mission_that_may_start_on_a_low_battery_inherits_no_minimum(screen, c
     container.catalogue.save_mission(replace(mission, on_low_battery=True))
     settle(screen, ui)
     choose(screen, ui, "Mission", KITS)
-    assert step(screen, ui, "Min. battery", "") == "Any"
+    assert step(screen, ui, "Min. battery", "") == "0 %"
 
 
 # ---------------------------------------------------------------------- what can't be, and what is only odd

@@ -8,10 +8,9 @@ from datetime import datetime, time
 import pytest
 
 from app.domain.models import Group, Overlap, Schedule
-from app.screens.scheduler.cards import StepLine
-from app.widgets.buttons import MenuChip, Segment
+from app.widgets.buttons import CommandButton, MenuChip, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.fields import Field, RepeatButton
+from app.widgets.fields import Field
 from app.widgets.lanes import Lanes
 from tests.support import month
 from tests.ui.planner import KITS, card_of, choose, named, new, reveal, row, save, schedules, settle, tab, tap_bar
@@ -65,11 +64,12 @@ def test_options_of_a_group_are_chosen_by_taps_and_saved(screen, container, hall
     choose(screen, ui, "Mission", KITS)
     screen.plan.form.more = True
     settle(screen, ui)
-    finish = ui.find(StepLine, label="Must be done")
-    for _press in range(2):
-        reveal(ui, finish)
-        ui.tap(ui.find(RepeatButton, finish, icon="plus"))
-    assert finish.value == "30 min"
+    finish = ui.find(Field, label="Must be done")
+    assert "Whenever" in ui.texts(finish)
+    reveal(ui, finish)
+    ui.type(finish, "30")
+    ui.tap(ui.find(CommandButton, finish, icon="plus"))
+    assert finish.value == 45
     for word in ("Beside it", "Critical"):
         segment = ui.find(Segment, text=word)
         reveal(ui, segment)
@@ -81,7 +81,7 @@ def test_options_of_a_group_are_chosen_by_taps_and_saved(screen, container, hall
         None,
         hall.id,
         2,
-        30,
+        45,
         Overlap.PARALLEL,
     )
 
@@ -91,7 +91,7 @@ def test_back_to_one_robot_nothing_of_the_group_stays(screen, container, hall, u
     screen.plan.form.set(overlap=Overlap.PARALLEL, finish_by_minutes=15)
     settle(screen, ui)
     choose(screen, ui, "Robot", "Aino")
-    assert not ui.find_all(StepLine, label="Must be done")
+    assert not ui.find_all(Field, label="Must be done")
     save(screen, ui)
     made = next(
         schedule

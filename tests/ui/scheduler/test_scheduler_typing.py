@@ -8,7 +8,6 @@ import pytest
 from kivy.core.window import Window
 
 from app.screens.scheduler.cards import FormSheet
-from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import ChoiceChip
 from app.widgets.fields import Field
 from tests.ui.planner import KITS, bring_back, choose, kind, named, new, reveal, save_button, schedules, settle
@@ -80,14 +79,3 @@ def test_common_minutes_are_one_tap_away(screen, ui):
     ui.tap(chips[2])
     settle(screen, ui)
     assert (screen.plan.form.draft.every, chips[2].active) == (15, True)
-
-
-def test_minutes_are_stepped_by_five_from_ten_on(screen, ui):
-    new(screen, ui)
-    form = screen.plan.form
-    form.set(kind=Kind.EVERY, every=15)
-    found = []
-    for _press in range(4):
-        form.step_every(-1)
-        found.append(form.draft.every)
-    assert found == [10, 9, 8, 7]

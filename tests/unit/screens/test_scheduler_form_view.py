@@ -237,23 +237,6 @@ def test_other_times_of_the_day_are_whole_hours():
     assert [row.key for row in form_view.also_options(draft())] == [hour for hour in range(24) if hour != 6]
 
 
-@pytest.mark.parametrize(
-    ("name", "own", "direction", "found"),
-    [
-        ("minimum_battery_percent", None, 1, 35),
-        ("minimum_battery_percent", 35.0, -1, None),  # as in Settings
-        ("minimum_battery_percent", 37.0, -1, 35),
-        ("minimum_battery_percent", 5.0, -1, 0),
-        ("minimum_battery_percent", 0.0, -1, 0),
-        ("start_window_minutes", None, -1, 10),
-        ("start_window_minutes", 5, -1, 1),
-        ("start_window_minutes", 1, 1, 5),
-    ],
-)
-def test_a_number_is_stepped_from_what_holds(name, own, direction, found):
-    assert form_view.stepped(facts(), draft(**{name: own}), name, direction) == found
-
-
 def test_ticked_days_that_are_no_working_days_are_said_in_the_sentence_and_among_the_starts():
     weekend = draft(kind=Kind.WEEKLY, weekdays=("TH", "FR", "SA"), day=date(2026, 11, 23))
     form = shown(weekend, Preview(Forecast((start(26), start(27)))))

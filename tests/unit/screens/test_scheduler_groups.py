@@ -156,9 +156,3 @@ def test_parallel_is_offered_to_groups_only():
     )
     assert [key for key, _word in of_robot] == ["skip", "queue"]
     assert [key for key, _word in of_group] == ["skip", "queue", "parallel"]
-
-
-def test_the_deadline_is_stepped_from_the_shortest_offered():
-    draft = DRAFT.aimed_at(("group", 5))
-    assert form_view.stepped(FACTS, draft, "finish_by_minutes", 1) == 15
-    assert form_view.stepped(FACTS, replace(draft, finish_by_minutes=15), "finish_by_minutes", -1) is None
