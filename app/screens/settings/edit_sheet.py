@@ -76,7 +76,7 @@ class EditSheet(SettingsSheet):
 
     def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
         self.context, self._first = context, it
-        self._is_keeping = False  # what is saved at once is being written
+        self._unwritten = 0  # changes that are saved at once
         self._waits: Callable[[], object] | None = None  # what was pressed in that time
         stored = it if it.id else None
         foot = "" if self.at_once and stored is not None else _("Save")
@@ -133,13 +133,10 @@ class EditSheet(SettingsSheet):
     def show_facts(self) -> None:
         """What has changed elsewhere is shown where nothing else was entered."""
         stored = with_id(getattr(self.context.facts, self.kind), self.stored_id)
-        if stored is not None and not (self.saving or self._is_keeping):
-            self._follow(self.stored, stored)
-
-    def _follow(self, before: Any, stored: Any) -> None:
-        was, now = self.shown(before), self.shown(stored)
-        changed = {name: getattr(now, name) for name in _differing(was, now) - _differing(was, self.it)}
-        self.stored, self.it = stored, replace(self.it, **changed)
+        if stored is not None and not self.saving:
+            was, now = self.shown(self.stored), self.shown(stored)
+            names = _differing(was, now) - _differing(was, self.it) - self.problems.keys()
+            self.stored, self.it = stored, replace(self.it, **{name: getattr(now, name) for name in names})
 
     # ------------------------------------------------------------------ what is pressed
     def on_done(self) -> None:
@@ -156,14 +153,13 @@ class EditSheet(SettingsSheet):
 
     def keep(self) -> None:
         """Save what was changed of something that is stored, and nothing else of it."""
-        is_free = self.stored is not None and not (self.saving or self._is_keeping)
-        if is_free and (settled := self.settled()) != self.stored:
+        if self.stored is not None and not self.saving and (settled := self.settled()) != self.stored:
             stored, catalogue = self.stored, self.context.services.catalogue
             self.store(lambda: catalogue.change(stored, settled), settled)
 
     def when_kept(self, act: Callable[[], object]) -> None:
         """Now, or once what is saved at once is written: a finger that leaves a field for *Save* does both."""
-        if self._is_keeping:
+        if self._unwritten:
             self._waits = act
         else:
             act()
@@ -178,16 +174,19 @@ class EditSheet(SettingsSheet):
 
     def store(self, write: Callable[[], Any], kept: Any = None) -> None:
         """``kept``: what is saved at once; without it the sheet closes."""
-        context, before, is_new = self.context, self.stored, self.stored is None
+        context, before, kind = self.context, self.stored, self.kind
         change_back = context.services.catalogue.change_back
-        self.saving, self._is_keeping, self.outcome = kept is None, kept is not None, NoticeView()
+        self.saving, self.outcome = kept is None, NoticeView()
+        if kept is not None:
+            self.stored = kept
+            self._unwritten += 1
 
         def done(saved: Any) -> None:
-            self.saving = self._is_keeping = False
             if kept is None:
-                self.stored = saved
+                self.saving, self.stored = False, saved
                 context.shell.sheets.close(self)
-                context.say((_("{name} added") if is_new else _("{name} saved")).format(name=saved.name))
+                said = _("{name} added") if before is None else _("{name} saved")
+                context.say(said.format(name=saved.name))
             elif was := {name: getattr(before, name) for name in _differing(before, kept) & _differing(before, saved)}:
                 text = _("{name} saved").format(name=saved.name)
                 context.shell.offer_undo(
@@ -197,26 +196,26 @@ class EditSheet(SettingsSheet):
                     behind="settings",
                     about=self,
                 )
-            context.was_saved(self.kind, saved)
-            if is_new:
+            context.was_saved(kind, saved)
+            if before is None:
                 self.was_added(saved)
-            if kept is not None:
-                self._follow(kept, saved)
-                self.keep()  # what was changed since
-            if self._waits is not None and not self._is_keeping:
+            self._unwritten -= kept is not None
+            if self._waits is not None and not self._unwritten:
                 act, self._waits = self._waits, None
                 act()
 
         def not_done(problem: BaseException) -> None:
-            """What is red stays, to be corrected, and what was entered since."""
-            self._is_keeping, self._waits = False, None
+            """What is red stays, to be corrected."""
+            self._unwritten -= kept is not None
+            self._waits = None
             self.refuse(problem)
-            if kept is not None:
-                stored, entered = self.shown(before), self.entered()
-                names = _differing(before, kept) - _differing(kept, entered) - self.problems.keys()
-                self.it = replace(self.it, **{name: getattr(stored, name) for name in names})
 
-        context.run(write, done, not_done)
+        context.change(
+            write,
+            not_done,
+            shown=lambda facts: facts if kept is None else facts.having(kind, kept),
+            done=done,
+        )
 
     def refuse(self, problem: BaseException) -> None:
         """Say why, at the field that it is about."""

@@ -105,9 +105,10 @@ class PageContext:
         failed: Callable[[BaseException], object] | None = None,
         undo: tuple[str, Callable[[], object]] | None = None,
         shown: Callable[[SettingsFacts], SettingsFacts] = lambda facts: facts,
+        done: Callable[[Any], object] = lambda _result: None,
     ) -> None:
-        """Make a change after those before it, then read the facts again. Until it is written they are
-        ``shown(facts)``, and the next choice starts from that. Errors are also shown as a message if the page has been
+        """Make a change after those before it, ``done(its result)``, then read the facts again. Until it is written they
+        are ``shown(facts)``, and the next choice starts from that. Errors are also shown as a message if the page has been
         left. ``undo``: what has happened, and how to take it back."""
         page = self._pages_left
         before, written = self._last_written, threading.Event()
@@ -126,21 +127,22 @@ class PageContext:
             self.show()
             self.refresh()
 
-        def done(_result: object) -> None:
+        def is_done(result: object) -> None:
             ended(shown(self._known))
             if undo is not None:
                 self.offer_undo(*undo)
+            done(result)
 
         def not_done(problem: BaseException) -> None:
-            ended(self._known)
             if failed is not None:
                 failed(problem)
+            ended(self._known)
             if failed is None or page != self._pages_left:
                 self.shell.say_problem(problem)
 
         self._unwritten.append(shown)
         self.facts = shown(self.facts)
-        self.run(write, done, not_done)
+        self.run(write, is_done, not_done)
         self.show()
 
     def save(

@@ -154,7 +154,7 @@ def test_a_group_is_changed_at_once_and_changed_back(site, app, ui):
     dialog.ids.name_field.focus = False
     ui.wait(lambda: item_of(ui, "Hall 2"))
     assert dialog.title == "Hall 2"
-    assert [(schedule.name, schedule.group_id) for schedule in schedules(site)] == [("Deliver on Hall 2", group.id)]
+    ui.wait(lambda: [(each.name, each.group_id) for each in schedules(site)] == [("Deliver on Hall 2", group.id)])
     tick_robot(ui, dialog, "Veikko")
     ui.wait(lambda: len(groups(site)[0].members) == 1 and app.shell.background.idle)
     ui.advance(0.3)
@@ -292,6 +292,23 @@ def test_how_many_robots_a_place_takes_is_stepped_in_its_row(site, app, ui):
         ui.advance(0.5)
     assert "3" in ui.texts(row_of(ui, "Dock 2"))
     ui.wait(lambda: places(site)[0].most == 3)
+
+
+def test_a_place_stepped_in_its_row_and_in_its_sheet_counts_every_tap(site, app, ui, monkeypatch):
+    """However slowly the tablet writes."""
+    site.add_robots()
+    (deliver,) = site.add_missions("Deliver")
+    site.container.catalogue.save_place(Place("Dock 2", 1, (deliver.id,)))
+    open_places(ui)
+    sheet = open_row(ui, "Dock 2")
+    write, go_on = site.container.catalogue.change, Event()
+    monkeypatch.setattr(site.container.catalogue, "change", lambda *both: go_on.wait(30) and write(*both))
+    for in_row in (True, False, False, True, False, True, True):
+        kind, where = (IconButton, row_of(ui, "Dock 2")) if in_row else (CommandButton, sheet)
+        ui.tap(ui.find(kind, where, icon="plus"))
+    assert (sheet.it.most, "8" in ui.texts(row_of(ui, "Dock 2"))) == (8, True)
+    go_on.set()
+    ui.wait(lambda: places(site)[0].most == 8)
 
 
 def test_a_change_of_a_place_is_saved_at_once_and_undone(site, app, ui):
