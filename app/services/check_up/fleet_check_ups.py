@@ -8,9 +8,7 @@ import uuid
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
-from typing import Any
 
-from app.database.connection import Database
 from app.database.fleets import FleetRepository
 from app.database.robots import RobotRepository
 from app.domain.check_up import LeftBehind, Report, RobotProfile, Topic, Trial
@@ -37,10 +35,7 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
     """A trial needs a mission and a robot."""
 
     WHAT = "fleet"
-
-    def __init__(self, db: Database, **services: Any) -> None:
-        super().__init__(db, **services)
-        self._fleets = FleetRepository()
+    _fleets = FleetRepository()
 
     def report(self, id_: int) -> Report | None:
         return self._check_ups.report_of_fleet(self._db.read(), id_)

@@ -9,9 +9,8 @@ import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from typing import Any
+from functools import cached_property
 
-from app.database.connection import Database
 from app.database.robots import RobotRepository
 from app.domain.check_up import LeftBehind, Level, Report, RobotProfile, Trial
 from app.domain.check_up import Topic as CheckUpTopic
@@ -42,12 +41,12 @@ TRIED = (
 
 class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
     WHAT = "robot"
+    _robots = RobotRepository()
 
-    def __init__(self, db: Database, **services: Any) -> None:
-        super().__init__(db, **services)
-        self._robots = RobotRepository()
-        self.trials = Trials(
-            db,
+    @cached_property
+    def trials(self) -> Trials:
+        return Trials(
+            self._db,
             clock=self._clock,
             ledger=self._ledger,
             holds=self._holds,
