@@ -173,10 +173,7 @@ class Lanes(Chart):
         ]
         for n in sorted(drawing.lanes):
             lane, bottom = frame.lanes[n], frame.middle(n) - frame.bar_height / 2
-            seen = sorted(
-                (box for box in drawing.boxes(n) if box[2] > frame.left and box[0] < frame.right),
-                key=lambda box: box[0],
-            )
+            seen = [box for box in drawing.boxes(n) if box[2] > frame.left and box[0] < frame.right]
             bars = [("on_bar", key, (left, right)) for left, _bottom, right, _top, key in seen[:MOST_SEATS]]
             found = [("on_lane", lane.key, (frame.x, frame.right))] if lane.line else bars + folds
             ahead = self.left_of(self.now)
@@ -225,11 +222,9 @@ class Lanes(Chart):
     def _bar_near(self, x, y) -> Box | None:
         """Of the bars within a fingertip the nearest one, the uppermost of several."""
         reach, slack = dp(24), dp(8)
-        lanes = {self._drawing.frame.lane_at(y + slack), self._drawing.frame.lane_at(y - slack)}
         boxes = (
             box
-            for lane in lanes
-            for box in reversed([*self._drawing.boxes(lane)])
+            for box in reversed([*self.boxes()])
             if box[0] - reach <= x <= box[2] + reach and box[1] - slack <= y <= box[3] + slack
         )
         return min(

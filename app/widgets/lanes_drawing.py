@@ -47,8 +47,9 @@ class Drawing:
 
     def __init__(self, frame: Frame) -> None:
         self.frame, self.moved = frame, 0.0  # px to the right, since it was made
-        self._placed_of: dict[int, list[Placed]] = {}
-        self._made: dict[int, tuple[Canvas, Canvas, Canvas]] = {}  # name, bars and their words, of a lane
+        self._made: dict[
+            int, tuple[list[Placed], Canvas, Canvas, Canvas]
+        ] = {}  # of a lane: its bars; name, bars and words as drawn
         self.canvas = Canvas()
         with self.canvas:
             self._build_layers()
@@ -91,9 +92,7 @@ class Drawing:
 
     def placed_of(self, lane: int) -> list[Placed]:
         """Its bars, as they are drawn."""
-        if lane not in self._placed_of:
-            self._placed_of[lane] = placed(self.frame, lane)
-        return self._placed_of[lane]
+        return self._made[lane][0]
 
     def boxes(self, lane: int) -> Iterator[Box]:
         """Where its bars are seen now."""
@@ -111,24 +110,26 @@ class Drawing:
         in_sight = self.frame.lanes_in_sight(seen_from, seen_height)
         layers = self._names, self._bars, self._words
         for lane in self._made.keys() - set(in_sight):
-            for layer, part in zip(layers, self._made.pop(lane), strict=True):
+            for layer, part in zip(layers, self._made.pop(lane)[1:], strict=True):
                 layer.remove(part)
         for lane in in_sight:
             if lane not in self._made:
-                name, bars, words = self._made[lane] = Canvas(), Canvas(), Canvas()
+                found = placed(self.frame, lane)
+                name, bars, words = Canvas(), Canvas(), Canvas()
+                self._made[lane] = found, name, bars, words
                 for layer, part in zip(layers, (name, bars, words), strict=True):
                     layer.add(part)
                 with name:
                     paint_name(self.frame, lane)
                 with bars:
-                    paint_bars(self.frame, self.placed_of(lane))
+                    paint_bars(self.frame, found)
                 self._word_lane(lane)
 
     def _word_lane(self, lane: int) -> None:
-        words = self._made[lane][2]
+        bars, *_drawn, words = self._made[lane]
         words.clear()
         with words:
-            paint_words(self.frame, self.placed_of(lane), self._seen, self._now_at)
+            paint_words(self.frame, bars, self._seen, self._now_at)
 
     @property
     def _seen(self) -> tuple[float, float]:
