@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
 
@@ -13,13 +13,15 @@ from kivymd.icon_definitions import md_icons
 
 from app.widgets.chart import box, hatch, text, width_of
 from app.widgets.lanes_frame import DID, Colours, Frame, kept_in
-from app.widgets.shapes import Box, rounded_all
+from app.widgets.shapes import Box, bordered_patch, boxes_of, patch
 from app.widgets.tokens import tk
 
 NARROWEST = 12  # dp, where nothing follows too soon
 RADIUS = 6  # dp
 EDGE = 4  # dp: the amber lower edge of bars that overlap
 MOMENT = 1 / 3600  # hours that bars may share without overlapping
+CROWD = 100  # bars of a lane, more of which are a crowd
+APART = 4  # dp between two that are seen in it
 DASH = 8  # dp, with a gap half as long
 ICONS = {  # of the states that a fill alone doesn't say
     "failed": ("alert-circle", "fault"),
@@ -85,16 +87,29 @@ def _rows(bars: Sequence[Any]) -> list[int]:
 
 # ---------------------------------------------------------------------- painting
 def paint_bars(frame: Frame, bars: Sequence[Placed]) -> None:
-    """Those of one look together, so that a thousand can be dragged smoothly; of those that overlap the later one is above."""
-    in_order = sorted(bars, key=lambda one: "" if one.row >= 0 else one.bar.state)
+    """Those of one look together; of those that overlap the later one is above, but in a crowd."""
+    is_crowd = len(bars) > CROWD
+    in_order = sorted(bars, key=lambda one: one.bar.state if one.row < 0 or is_crowd else "")
     for state, alike in groupby(in_order, key=lambda one: one.bar.state):
-        boxes = [(one.x, one.bottom, one.right - one.x, one.height) for one in alike]
-        paint_look(state, frame.colours[state], boxes)
+        paint_look(state, frame.colours[state], _boxes(alike, is_crowd))
     Color(*tk.overlap)
-    rounded_all([(one.x, one.bottom, one.right - one.x, dp(EDGE)) for one in bars if one.overlaps], (0, 0, 2, 2))
+    amber = _boxes((one for one in bars if one.overlaps), is_crowd)
+    boxes_of([(x, bottom, width, dp(EDGE)) for x, bottom, width, _height in amber], *patch((0, 0, 2, 2)))
     for one in bars:
         if one.icon_width and one.right - one.x >= one.icon_width + dp(4):
             paint_icon(one, (one.x + one.right) / 2)
+
+
+def _boxes(bars: Iterable[Placed], is_crowd: bool) -> list[Box]:
+    """In a crowd those that are hardly apart are one, so that it can be dragged smoothly."""
+    found: list[Box] = []
+    for one in sorted(bars, key=lambda one: one.bottom) if is_crowd else bars:
+        x, bottom, width, _height = found[-1] if found else (0.0, 0.0, 0.0, 0.0)
+        if is_crowd and bottom == one.bottom and x <= one.x <= x + width + dp(APART):
+            found[-1] = x, bottom, max(width, one.right - x), one.height
+        else:
+            found.append((one.x, one.bottom, one.right - one.x, one.height))
+    return found
 
 
 def paint_icon(one: Placed, x: float) -> None:
@@ -105,18 +120,20 @@ def paint_icon(one: Placed, x: float) -> None:
 
 def paint_look(state: str, look: Colours, boxes: Sequence[Box]) -> None:
     """Bars of one state."""
-    radius = 0 if state in DID else dp(RADIUS)
-    Color(*look.fill)
-    rounded_all(boxes, radius)
+    corners = (0 if state in DID else int(dp(RADIUS)),) * 4
+    is_dashed, ring = state in ("draft", "was"), 2 if state in ("skipped", "held") else 1
+    if look.edge == look.fill or is_dashed:
+        Color(*look.fill)
+        boxes_of(boxes, *(patch(corners) if any(corners) else ()))
+    else:
+        Color(1, 1, 1, 1)
+        boxes_of(boxes, *bordered_patch(corners, ring, tuple(look.fill), tuple(look.edge)))
+    if is_dashed:
+        Color(*look.edge)
+        boxes_of([dash for one in boxes for dash in _dashes(*one)])
     if state == "offline":
         for one in boxes:
             hatch(*one, look.edge)
-    if look.edge != look.fill:
-        Color(*look.edge)
-        if state in ("draft", "was"):
-            rounded_all([dash for one in boxes for dash in _dashes(*one)])
-        else:
-            rounded_all(boxes, radius, ring=2 if state in ("skipped", "held") else 1)
 
 
 def _dashes(x: float, y: float, width: float, height: float) -> Iterator[Box]:

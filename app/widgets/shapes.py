@@ -155,27 +155,27 @@ def rounded(x: float, y: float, w: float, h: float, radius=0, ring: float = 0) -
     return _stretched(x, y, w, h, *patch(corners, int(ring)))
 
 
-def rounded_all(boxes: Sequence[Box], radius=0, ring: int = 0) -> None:
-    """Many ``rounded`` of one kind in as few draws as possible."""
-    texture, edge = patch(tuple(map(int, radius if isinstance(radius, tuple) else (radius,) * 4)), ring)
-    share = edge / texture.width if radius or ring else 0
+def boxes_of(boxes: Sequence[Box], texture: Texture | None = None, edge: int = 0) -> None:
+    """Many boxes as few drawings: plain ones, or with the texture of a ``patch``."""
+    share = edge / texture.width if texture else 0.0
     for n in range(0, len(boxes), PIECES):
         vertices: list[float] = []
         indices: list[int] = []
         for x, y, w, h in boxes[n : n + PIECES]:
-            across, up = (_cuts(round(start), round(start + size), edge, share) for start, size in ((x, w), (y, h)))
+            across, up = _cuts(round(x), round(x + w), edge, share), _cuts(round(y), round(y + h), edge, share)
             first = len(vertices) // 4
             vertices += [value for y, v in up for x, u in across for value in (x, y, u, v)]
             indices += [first + k for k in GRIDS[len(across)]]
         Mesh(vertices=vertices, indices=indices, mode="triangles", texture=texture)
 
 
-def _cuts(start: int, end: int, edge: int, share: float) -> list[tuple[float, float]]:
+@lru_cache(maxsize=256)
+def _cuts(start: int, end: int, edge: int, share: float) -> tuple[tuple[float, float], ...]:
     """Where a box, at least a px wide, is cut between its corners, and which part of the texture is there."""
     end = max(end, start + 1)
     corner = min(edge, (end - start) / 2)
-    inner = [(start + corner, share), (end - corner, 1 - share)] if share else []
-    return [(start, 0.0), *inner, (end, 1.0)]
+    inner = ((start + corner, share), (end - corner, 1 - share)) if share else ()
+    return (start, 0.0), *inner, (end, 1.0)
 
 
 def bordered(x: float, y: float, w: float, h: float, radius, ring: float, fill, line) -> BorderImage:
