@@ -13,7 +13,7 @@ from app.widgets.buttons import CommandButton
 from app.widgets.choices import ChoiceSheet
 from app.widgets.list_row import RowButton
 from app.widgets.panel_grid import PanelGrid
-from app.widgets.rest import DOUBLE_TAP
+from app.widgets.rest import DOUBLE_TAP, SETTLES
 from app.window.key_focus import ARROWS, ENTER, ESCAPE
 from tests.support import home_facts as sample
 from tests.ui.fleet.operator import add_robots, go_back, head, open_tile, see, settle, tab_to, tiles, to_do
@@ -151,6 +151,7 @@ def test_escape_leads_back_to_all_robots_where_they_were(container, ui):
         ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == name)
         settle(app, ui)
         app.shell.sheets.ask("Title", "Text", "Yes", lambda: None, "Keep")
+        ui.advance(2 * SETTLES)
         ui.key(ESCAPE)  # closes what is open first
         assert ui.find_all(HomeWide)
         ui.advance(DOUBLE_TAP)

@@ -67,7 +67,8 @@ def test_a_finger_on_its_way_to_one_question_answers_no_other_one(home, ui):
     ask(home, "Release pallet 7?")
     ui.wait(lambda: "Release pallet 7?" in ui.texts())
     lift(0.05)
-    ui.tap(ui.find(CommandButton, text="No"))  # at once, as if the question before still stood there
+    no = ui.find(CommandButton, text="No")
+    ui.tap_at(*no.to_window(*no.center))  # at once, as if the question before still stood there
     ui.wait(lambda: home.shell.background.idle)
     assert not answer_sent(home)
     ui.advance(1)
