@@ -64,11 +64,9 @@ def hall(home, ui):
     return group
 
 
-def run_on_any(ui, mission: str, first: bool = False) -> None:
+def run_on_any(ui, mission: str) -> None:
     choose(ui, mission)
     ui.tap(ui.find(ChoiceChip, text="Any of Hall 1"))
-    if first:
-        ui.tap(ui.find(ChoiceChip, text="Before everything else"))
     ui.advance(0.7)
     press(ui, "Run on any of Hall 1")
 
@@ -109,10 +107,10 @@ def test_any_free_robot_of_a_group_comes(home, hall, ui):
 
 def test_a_start_that_no_robot_can_take_waits_on_each_of_them_and_one_is_pressed(home, hall, ui):
     stop_both(home, ui)
-    run_on_any(ui, "Home", first=True)
+    run_on_any(ui, "Home")
     ui.wait(lambda: waiting(ui) and "Aino stopped · Veikko stopped" in waiting(ui)[0].support)
     assert waiting(ui)[0].title == "Home · any of Hall 1"
-    assert home.site.container.history.open()[0].priority == 2
+    assert home.site.container.history.open()[0].priority == 1
     open_robot(ui, "Veikko")
     ui.wait(lambda: home.root_vm.card.name == "Veikko" and waiting(ui))
     open_robot(ui, "Aino")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
-from typing import Any
 
 from app.domain import rules
 from app.domain.activity import is_charging
-from app.domain.execution import DurationEstimate, Execution
+from app.domain.execution import DurationEstimate
 from app.domain.models import Group, HandOver, Mission, Robot
 from app.i18n import _, ngettext
 from app.screens.common import formats
@@ -20,24 +19,10 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.start_now import why_not
 from app.screens.home.card import Card
 from app.screens.home.facts import HomeFacts
-from app.services.allocation.situation import CRITICAL, HIGH
-from app.services.robots.commands import Operator
 from app.widgets.items import Item, Option
 
 TILES = 5  # missions that are one tap away
 Usual = Mapping[str, DurationEstimate | None]  # how long missions take on the robot, by guid
-
-
-@dataclass(frozen=True)
-class Target:
-    """``group_id`` None: the robot of the page. ``first``: before everything else that waits, also on a robot that is kept."""
-
-    group_id: int | None = None
-    first: bool = False
-
-    @property
-    def priority(self) -> int:
-        return CRITICAL if self.first else HIGH
 
 
 @dataclass(frozen=True)
@@ -50,7 +35,6 @@ class SendView:
     text: str = ""
     off: str = ""
     targets: tuple[Option, ...] = ()  # the robot, then its groups; empty without groups
-    can_be_first: bool = False
 
 
 def tiles(facts: HomeFacts) -> tuple[Option, ...]:
@@ -85,11 +69,11 @@ def _mission_row(mission: Mission, robot: Robot, usual: Usual, is_there: bool) -
 
 # ---------------------------------------------------------------------- the sheet of one mission
 def send_view(
-    facts: HomeFacts, robot: Robot, shown: Card, mission: Mission, target: Target, usual: Usual, now: datetime
+    facts: HomeFacts, robot: Robot, shown: Card, mission: Mission, group_id: int | None, usual: Usual, now: datetime
 ) -> SendView:
-    """``shown`` is the robot's card; ``usual`` has the durations of what is in its queue."""
+    """``shown`` is the robot's card; ``usual`` has the durations of what is in its queue. ``group_id`` None: the robot of the page."""
     groups = [group for group in facts.groups if robot.id in group.members]
-    group = next((group for group in groups if group.id == target.group_id), None)
+    group = next((group for group in groups if group.id == group_id), None)
     view = _on_robot(facts, robot, shown, usual, now) if group is None else _on_group(facts, group, mission, now)
     if not groups:
         return view
@@ -98,7 +82,7 @@ def send_view(
         Option(each.id, _("Any of {group}").format(group=each.name), "select-group", selected=each is group)
         for each in groups
     ]
-    return replace(view, targets=tuple(chips), can_be_first=group is not None)
+    return replace(view, targets=tuple(chips))
 
 
 def _on_robot(facts: HomeFacts, robot: Robot, shown: Card, usual: Usual, now: datetime) -> SendView:
@@ -183,12 +167,3 @@ def _on_group(facts: HomeFacts, group: Group, mission: Mission, now: datetime) -
     without = _("Not on {robots}.").format(robots=", ".join(lack)) if lack else ""
     why = f"{waits} {without}".strip()
     return SendView(starts, why, text=_("Run on any of {group}").format(group=group.name), off=off)
-
-
-def start(
-    operator: Operator, target: Target, robot_id: int, mission_id: int, parameters: Mapping[str, Any], token: str
-) -> Execution:
-    """``robot_id``: of the page's robot."""
-    if target.group_id is None:
-        return operator.run_now(robot_id, mission_id, parameters, token)
-    return operator.run_on_any(target.group_id, mission_id, parameters, token, priority=target.priority)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
@@ -17,8 +16,8 @@ from app.screens.common.parameters_view import Problems, fields_of, values_of
 from app.screens.common.presses import OfRobot
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
-from app.screens.home.send import SendView, Target, all_missions, send_view, start
-from app.widgets.items import Item, Option
+from app.screens.home.send import SendView, all_missions, send_view
+from app.widgets.items import Item
 from app.widgets.sheet import Finds, Sheet
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ class SendSheet(HomeSheet):
 
     robot_id = NumericProperty()
     mission = ObjectProperty()
-    target = ObjectProperty(Target(), rebind=True)
+    group_id = NumericProperty(None, allownone=True)  # None: the robot of the page
     parameters = ObjectProperty(())
     view = ObjectProperty(SendView(), rebind=True)
     fields = ListProperty()
@@ -52,14 +51,6 @@ class SendSheet(HomeSheet):
         self.busy = False
         if tuple(found) != tuple(self.parameters):
             self.parameters, self.fields, self.problems = found, fields_of(found), {}
-
-    def go_first(self) -> None:
-        self.target = replace(self.target, first=not self.target.first)
-
-    @staticmethod
-    def first_chips(can_be: bool, chosen: bool, words: str) -> list[Option]:
-        """A start on a group can be put before everything else."""
-        return [Option("first", words, "chevron-double-up", selected=chosen)] if can_be else []
 
 
 class AllMissionsSheet(Finds, HomeSheet):
@@ -169,10 +160,10 @@ class Sending:
         if sheet.mission.id not in {each.id for each in facts.missions}:  # it was deleted
             self._shell.sheets.give_up()
             return
-        if not any(group.id == sheet.target.group_id and robot.id in group.members for group in groups):
-            sheet.target = Target()  # the robot itself, or the group was deleted
+        if not any(group.id == sheet.group_id and robot.id in group.members for group in groups):
+            sheet.group_id = None  # the group was deleted
         now = self._services.clock.now()
-        sheet.view = send_view(facts, robot, self._home.card, sheet.mission, sheet.target, self.usual, now)
+        sheet.view = send_view(facts, robot, self._home.card, sheet.mission, sheet.group_id, self.usual, now)
 
     # ------------------------------------------------------------------ what the operator presses
     def choose(self, key: object) -> None:
@@ -180,7 +171,7 @@ class Sending:
         or_fetch(self._shell, self.open)(key)
 
     def aim(self, sheet: SendSheet, group_id: int | None) -> None:
-        sheet.target = Target(group_id, sheet.target.first and group_id is not None)
+        sheet.group_id = group_id
         members = next((group.members for group in self._home.facts.groups if group.id == group_id), ())
         self._home.learning.learn_names(members)
         self.show()
@@ -194,16 +185,17 @@ class Sending:
         except Problems as problems:
             sheet.problems = dict(problems.by_name)
             return
-        if self._submit(sheet.mission, sheet.target, values):
+        if self._submit(sheet.mission, sheet.group_id, values):
             self._shell.sheets.close(sheet)
 
-    def _submit(self, mission: Mission, target: Target, values: Mapping[str, Any]) -> bool:
+    def _submit(self, mission: Mission, group_id: int | None, values: Mapping[str, Any]) -> bool:
         """One press, one mission: the token is made here. False: the same one of that robot is not on disk yet."""
-        robot, token = self._home.facts.robot, str(uuid.uuid4())
+        robot, token, operator = self._home.facts.robot, str(uuid.uuid4()), self._services.operator
         if robot is None:
             return False
+        start, target = (operator.run_now, robot.id) if group_id is None else (operator.run_on_any, group_id)
         return self._home.act_once(
             OfRobot(("run", mission.id), robot.id),
-            lambda: start(self._services.operator, target, robot.id, mission.id, values, token),
+            lambda: start(target, mission.id, values, token),
             self._home.started.follow,
         )

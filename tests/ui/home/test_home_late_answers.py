@@ -122,17 +122,6 @@ def test_a_cancellation_is_reported_although_a_start_with_that_number_failed(hom
     assert "Being cancelled" in dict(rows(ui)).values()
 
 
-def test_choosing_the_robot_again_ends_before_everything_else(home, ui, group):
-    ui.wait(lambda: home.root_vm.facts.groups)
-    choose(ui, "Home")
-    ui.tap(ui.find(ChoiceChip, text="Any of Fleet"))
-    ui.tap(ui.find(ChoiceChip, text="Before everything else"))
-    sheet = ui.find(SendSheet)
-    assert sheet.target.first
-    ui.tap(ui.find(ChoiceChip, text="Aino"))
-    assert (sheet.view.can_be_first, sheet.target.first) == (False, False)
-
-
 def test_a_sheet_is_for_the_robot_when_the_group_was_deleted(home, ui, group):
     ui.wait(lambda: home.root_vm.facts.groups)
     choose(ui, "Home")

@@ -11,7 +11,7 @@ from app.database.robots import Hold
 from app.domain.execution import DurationEstimate
 from app.domain.models import Group, HandOver, Mission
 from app.screens.home.facts import HomeFacts
-from app.screens.home.send import TILES, SendView, Target, all_missions, send_view, tiles
+from app.screens.home.send import TILES, SendView, all_missions, send_view, tiles
 from app.screens.home.view import present
 from tests.support.home_facts import (
     AINO,
@@ -34,7 +34,6 @@ from tests.support.home_facts import (
 )
 
 HALL = Group("Hall 1", (1, 2), id=5)
-ON_AINO = Target()
 USUAL = {
     mission.guid: DurationEstimate(seconds, seconds)
     for mission, seconds in ((KITS, 390.0), (EMPTIES, 480.0), (PALLET, 600.0))
@@ -42,13 +41,13 @@ USUAL = {
 USUAL[HELD.mission_guid] = DurationEstimate(300.0, 300.0)
 
 
-def sheet(facts: HomeFacts, target: Target = ON_AINO, mission: Mission = KITS) -> SendView:
-    return send_view(facts, facts.robot, present(facts, NOW).card, mission, target, USUAL, NOW)
+def sheet(facts: HomeFacts, group_id: int | None = None, mission: Mission = KITS) -> SendView:
+    return send_view(facts, facts.robot, present(facts, NOW).card, mission, group_id, USUAL, NOW)
 
 
 def on_hall(**changes) -> SendView:
     mission = changes.pop("mission", KITS)
-    return sheet(replace(FACTS, groups=(HALL,), **changes), Target(5), mission)
+    return sheet(replace(FACTS, groups=(HALL,), **changes), 5, mission)
 
 
 # ---------------------------------------------------------------------- which missions
@@ -101,7 +100,7 @@ def test_the_sheet_says_when_it_starts_and_why_then(facts, starts, why):
 
 def test_an_unknown_duration_makes_no_time():
     facts = replace(FACTS, open=())
-    view = send_view(facts, AINO, present(facts, NOW).card, KITS, Target(), {}, NOW)
+    view = send_view(facts, AINO, present(facts, NOW).card, KITS, None, {}, NOW)
     assert (view.starts, view.why) == ("Starts in its turn", "After 3 others. 78 % battery is enough.")
 
 
@@ -121,11 +120,10 @@ def test_what_can_not_be_sent_says_why():
 def test_a_mission_can_run_on_any_robot_of_its_groups():
     view = on_hall()
     assert [(option.text, option.selected) for option in view.targets] == [("Aino", False), ("Any of Hall 1", True)]
-    assert (view.text, view.starts, view.why, view.can_be_first) == (
+    assert (view.text, view.starts, view.why) == (
         "Run on any of Hall 1",
         "Starts when a robot is free",
         "Waits until 14:53 at most.",
-        True,
     )
     assert sheet(FACTS).targets == ()
     assert sheet(replace(FACTS, groups=(replace(HALL, members=(2,)),))).targets == ()
@@ -157,9 +155,5 @@ def test_robots_of_the_group_that_lack_it_are_named():
 def test_a_group_that_sends_at_once_does_not_say_that_it_waits():
     at_once = replace(HALL, hand_over=HandOver.AT_ONCE)
     shown = replace(FACTS, groups=(at_once,))
-    assert sheet(shown, Target(5)).starts == "Starts at once, also on a busy robot"
-    assert sheet(replace(shown, holds=(Hold("Audit"),)), Target(5)).starts == "Queue, on hold"
-
-
-def test_before_everything_else_is_critical():
-    assert (Target(5).priority, Target(5, first=True).priority) == (1, 2)
+    assert sheet(shown, 5).starts == "Starts at once, also on a busy robot"
+    assert sheet(replace(shown, holds=(Hold("Audit"),)), 5).starts == "Queue, on hold"
