@@ -87,8 +87,6 @@ class Operator:
         mission_id: int,
         parameters: Mapping[str, Any] = EMPTY,
         token: str | None = None,
-        *,
-        priority: int = HIGH,
     ) -> Execution:
         """The same on the robot of a group that will be done first; before planned starts of lower priority. It waits
         until one is free. Raises InvalidInput."""
@@ -106,7 +104,7 @@ class Operator:
             if robot.enabled and (own := self._missions.for_robot(c, name, robot.id))
         ]
         self._check_parameters(mission, parameters, members)
-        return self._start(group, mission, parameters, token, priority)
+        return self._start(group, mission, parameters, token, HIGH)
 
     def _check_parameters(
         self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]
