@@ -183,7 +183,7 @@ def sent(studio: Any, facts: HomeFacts, parameters: tuple[MissionParameter, ...]
     """Home with the sheet of a mission that has these parameters."""
     screen = home(studio, facts)
     screen.vm.sending.usual = sample.FACTS.expected
-    screen.vm.send(sample.KITS.id)
+    screen.vm.sending.open(sample.KITS.id)
     screen.vm.sending.learned(screen.vm.sheets.top, parameters)
     studio.driver.advance(0.2)
 
@@ -364,7 +364,7 @@ def time_zone_asked(studio: Any) -> Any:
 
 @picture("mission-picker", sizes=(LANDSCAPE,))
 def mission_picker(studio: Any) -> None:
-    home(studio, replace(sample.FACTS, entered=(*sample.FACTS.missions, sample.COILS))).vm.show_all_missions()
+    home(studio, replace(sample.FACTS, entered=(*sample.FACTS.missions, sample.COILS))).vm.sending.open_all()
 
 
 @picture("clear-queue", sizes=(LANDSCAPE,))

@@ -154,7 +154,7 @@ def test_late_starts_lie_over_home_and_can_be_put_on_hold_and_released(tmp_path,
             ui.wait(lambda: ui.find_all(LateSheet) and not ui.find_all(Banner))
             ui.tap(ui.find(CommandButton, text="Hold all"))
             ui.wait(lambda: {"1 on hold", "1 start is on hold"} <= set(ui.texts()))
-            app.shell.navigator.screen("home").vm.show_all_missions()
+            app.shell.navigator.screen("home").vm.sending.open_all()
             ui.advance(2)
             assert ui.find_all(AllMissionsSheet)
             ui.wait(lambda: ui.find_all(CommandButton, text="Show"))

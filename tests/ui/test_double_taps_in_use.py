@@ -68,7 +68,7 @@ def sent(app) -> list[str]:
 @pytest.mark.parametrize("gap", GAPS)
 def test_a_mission_that_is_chosen_by_a_double_tap_is_not_sent(home, ui, gap):
     vm = home.shell.navigator.screen("home").vm
-    vm.show_all_missions()
+    vm.sending.open_all()
     ui.advance(2 * DOUBLE_TAP)
     row = next(row for row in ui.find_all(ListRow) if row.item.title == "Home")
     ui.tap_twice(row.to_window(*row.center), gap)

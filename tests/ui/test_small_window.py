@@ -123,7 +123,7 @@ def test_the_robots_button_is_never_scrolled_away(ui, small, status):
 @pytest.mark.long
 def test_a_sheet_follows_the_robots_card_when_the_window_is_turned(ui):
     with window(ui, (600, 800)) as rig:
-        home(rig, sample.FACTS).vm.show_all_missions()
+        home(rig, sample.FACTS).vm.sending.open_all()
         ui.advance(0.5)
         for Window.size in ((800, 1280), (1280, 800), (600, 800)):
             ui.advance(0.5)

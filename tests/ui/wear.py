@@ -51,7 +51,7 @@ class Wear:
         self._shell = app.shell
         self._switched = self._opened = self._resized = 0
         self._dialogs: tuple[Callable[[], object], ...] = (
-            lambda: self._shell.navigator.screen("home").vm.show_all_missions(),
+            lambda: self._shell.navigator.screen("home").vm.sending.open_all(),
             lambda: self._shell.sheets.ask("Clear the queue?", "Everything goes.", "Clear", lambda: None, "Keep"),
             lambda: self._shell.dialogs.choose_many("Missions", OPTIONS, "Add", lambda _keys: None),
             lambda: self._shell.dialogs.pick_time("Time", time(6, 30), lambda _time: None),

@@ -183,7 +183,11 @@ class Refresher(Generic[T]):
         self._is_stale = self._job is not None
         if self._job is None:
             work, wanted = self._work(), self._wanted()
-            self._job = self._shell.background.run(work, lambda result: self._done(result, wanted), self._not_done)
+            self._job = self._shell.background.run(
+                work,
+                lambda result: self._ended(self._take if wanted == self._wanted() else lambda _outdated: None, result),
+                lambda problem: self._ended(self._failed, problem),
+            )
 
     def reread(self) -> None:
         """Something was just stored: a reading under way may have been begun before, and is dropped."""
@@ -205,18 +209,11 @@ class Refresher(Generic[T]):
             self._job.cancel()
             self._job = None
 
-    def _done(self, result: T, wanted: object) -> None:
+    def _ended(self, say: Callable[[Any], object], found: object) -> None:
         self._job = None
         if self._is_stale:
             self.request()
-        if wanted == self._wanted():
-            self._take(result)
-
-    def _not_done(self, problem: BaseException) -> None:
-        self._job = None
-        if self._is_stale:
-            self.request()
-        self._failed(problem)
+        say(found)
 
 
 class ScreenBase(MDScreen):

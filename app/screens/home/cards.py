@@ -235,9 +235,9 @@ class SendTiles(OfHome, GridLayout):
 
     def _press(self, tile: SendTile) -> None:
         if tile.key is None:
-            self.vm.show_all_missions()
+            self.vm.sending.open_all()
         else:
-            self.vm.send(tile.key)
+            self.vm.sending.open(tile.key)
 
 
 class SendCard(HomeCard):

@@ -210,14 +210,6 @@ class HomeViewModel(HomeCommands, ViewModel):
             lambda _done: None if self.facts.settings.selected_robot_id == wanted else self._keep_selection(),
         )
 
-    def choose_tab(self, key: str | int) -> None:
-        """All robots, or one of them."""
-        if key == ALL_ROBOTS:
-            self.fleet.come_back()
-        else:
-            self.fleet.leave()
-            self.select_robot(int(key))
-
     def add_robot(self) -> None:
         self._shell.go("settings", section="robots", add=True)
 
@@ -293,12 +285,6 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.shows_map = True
         self._show()
 
-    def send(self, mission_id: int) -> None:
-        self.sending.open(mission_id)
-
-    def show_all_missions(self) -> None:
-        self.sending.open_all()
-
     def _update_busy(self) -> None:
         robot_id = self.facts.robot.id if self.facts.robot is not None else None
         self.busy = self._presses.names(robot_id)
@@ -361,7 +347,12 @@ class HomeScreen(ScreenBase):
         self.tab = ALL_ROBOTS if self.vm.fleet.is_shown else robot.id if robot is not None else None
 
     def choose_tab(self, key: Any) -> None:
-        self.vm.choose_tab(key)
+        """All robots, or one of them."""
+        if key == ALL_ROBOTS:
+            self.vm.fleet.come_back()
+        else:
+            self.vm.fleet.leave()
+            self.vm.select_robot(key)
 
     def go_back(self) -> None:
         self.vm.shows_map = False

@@ -359,15 +359,6 @@ class CheckUpSheet(SettingsSheet):
 
     vm = ObjectProperty(None, rebind=True, allownone=True)
 
-    def on_done(self) -> None:
-        self.vm.press()
-
-    def on_other(self) -> None:
-        self.vm.press_other()
-
-    def on_dots(self, button: Widget) -> None:
-        self.vm.menu(button)
-
 
 class CheckUpPart(BoxLayout):
     """A part of the sheet; ``card`` is the check-up."""

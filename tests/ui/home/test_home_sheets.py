@@ -23,8 +23,8 @@ RUNNING = ("execution", sample.FACTS.open[0].id)
     [
         lambda vm: vm.cancel(RUNNING),
         lambda vm: vm.clear_queue(),
-        lambda vm: vm.send(sample.KITS.id),
-        lambda vm: vm.show_all_missions(),
+        lambda vm: vm.sending.open(sample.KITS.id),
+        lambda vm: vm.sending.open_all(),
     ],
     ids=["cancel", "clear", "send", "all"],
 )
@@ -57,12 +57,12 @@ def test_no_sheet_covers_the_button_of_the_robot(
 def test_a_sheet_that_is_turned_lies_as_if_it_were_opened_there(ui, size):
     with window(ui, (1280, 800)) as rig:
         vm = home(rig, sample.FACTS).vm
-        vm.send(sample.KITS.id)
+        vm.sending.open(sample.KITS.id)
         for turned in (size, (1280, 800)):
             Window.size = turned
             ui.advance(0.5)
             lies = ui.find(Sheet).pos, ui.find(Sheet).size
             vm.sheets.give_up()
-            vm.send(sample.KITS.id)
+            vm.sending.open(sample.KITS.id)
             ui.advance(0.5)
             assert lies == (ui.find(Sheet).pos, ui.find(Sheet).size)
