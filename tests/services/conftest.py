@@ -1,7 +1,10 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import replace
 from datetime import datetime
+from typing import Any
 
 import pytest
 
@@ -26,18 +29,10 @@ def plan(site):
     """Make a schedule of Deliver on R1; ``start`` is text like "2026-11-23T06:05"."""
 
     def make(start: str, recurrence: str | None = None, **values) -> Schedule:
-        c = site.container.db.read()
-        robot = site.container.repositories.robots.by_name(c, "R1")
-        mission = next(m for m in site.container.repositories.missions.all(c) if m.name == "Deliver")
-        values = {
-            "name": f"S{len(site.container.repositories.schedules.all(c)) + 1}",
-            "mission_id": mission.id,
-            **values,
-        }
+        named = {"name": f"S{len(site.container.catalogue.schedules()) + 1}", "robot_id": 1, "mission_id": 1, **values}
+        at = datetime.fromisoformat(start)
         saved = site.container.catalogue.save_schedule(
-            Schedule(
-                robot_id=robot.id, start=datetime.fromisoformat(start), timezone="UTC", recurrence=recurrence, **values
-            )
+            Schedule(start=at, timezone="UTC", recurrence=recurrence, **named)
         )
         site.kick()
         return saved
@@ -58,3 +53,20 @@ def hall(tmp_path) -> Iterator[Hall]:
     hall = Hall(tmp_path)
     yield hall
     hall.switch_off()
+
+
+@pytest.fixture
+def enterprise(tmp_path) -> Iterator[Callable[..., tuple[Any, ...]]]:
+    """Make the site of a Fleet Enterprise with these knobs, and the mission Deliver; returns it and its robots."""
+    with ExitStack() as made:
+
+        def make(robots: int = 1, **knobs: Any) -> tuple[Any, ...]:
+            site = Site(tmp_path, target="enterprise", robots=robots)
+            made.callback(site.switch_off)
+            site.fleet.knobs = replace(site.fleet.knobs, **knobs)
+            found = site.add_robots()
+            site.add_mission()
+            site.run(10)
+            return site, *found
+
+        yield make

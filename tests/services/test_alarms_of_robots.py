@@ -118,7 +118,6 @@ def test_an_alarm_about_another_robot_ends_when_that_is_accepted(site):
     site.machines["R1"].serial_number = "777"
     site.run(7200)
     assert active(site) == ["wrong_robot"]
-    robot = robot_of(site)
-    site.container.catalogue.save_robot(replace(robot, serial_number="777"), PASSWORD)
+    site.container.catalogue.save_robot(replace(robot_of(site), serial_number="777"), PASSWORD)
     site.run(5)
     assert active(site) == []

@@ -60,8 +60,7 @@ def test_settings(app, new_lines):
 def test_missions(app, new_lines):
     mission = app.catalogue.save_mission(Mission("Charge", "guid-2", robot_id=1))
     app.catalogue.save_mission(replace(mission, favourite=True, usual_minutes=5, robot_id=None))
-    removed = app.catalogue.remove_mission(mission.id)
-    app.catalogue.restore(removed)
+    app.catalogue.restore(app.catalogue.remove_mission(mission.id))
     assert new_lines() == [
         "mission 'Charge' of robot 'Aino' added",
         "mission 'Charge' changed: usual_minutes none → 5, favourite no → yes, robot 'Aino' → none",
@@ -106,9 +105,13 @@ def test_schedules(app, new_lines):
             parameters={"x": 1.5},
         )
     )
+    app.catalogue.save_schedule(replace(schedule, id=None, name="Second", enabled=False))
+    app.catalogue.remove_schedule(schedule.id)
     assert new_lines() == [
         "schedule 'Daily' changed: start 2026-11-23T06:30 → 2026-11-23T08:00, "
-        "recurrence 'FREQ=DAILY' → 'FREQ=MINUTELY;INTERVAL=5', between none → 00:00–09:00, parameters {} → {'x': 1.5}"
+        "recurrence 'FREQ=DAILY' → 'FREQ=MINUTELY;INTERVAL=5', between none → 00:00–09:00, parameters {} → {'x': 1.5}",
+        "schedule 'Second' added",
+        "schedule 'Daily' removed",
     ]
 
 
@@ -126,8 +129,7 @@ def test_days_off(app, new_lines):
 
 
 def test_pauses_and_skips(app, new_lines):
-    skipped = skip_next(app, 1)
-    app.pausing.unskip(1, skipped)
+    app.pausing.unskip(1, skip_next(app, 1))
     app.pausing.pause(1, datetime(2026, 11, 25, tzinfo=UTC))
     app.pausing.resume(1)
     at, end = "2026-11-23T06:30+00:00", "2026-11-25T00:00+00:00"

@@ -117,9 +117,7 @@ def killed_before_the_answer(trial: Trial) -> None:
     before = len(trial.site.network.posts())
     trial.site.network.next(*POST, Fate.ANSWER_LOST)
     trial.soon(lambda: len(trial.site.network.posts()) > before)
-    trial.site.switch_off(cleanly=False)
-    trial.site.stay_off(5.0)
-    trial.site.switch_on()
+    trial.site.power_cut(5.0)
 
 
 FAULTS = (

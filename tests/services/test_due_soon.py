@@ -48,7 +48,7 @@ def test_at_the_instant_only_the_post_remains(site, asked):
     asked.clear()
     site.run(INTENT_LEAD)
     assert asked[0] == "POST /mission_queue"
-    assert [run.state for run in site.executions()] == [State.QUEUED]
+    assert site.states() == [State.QUEUED]
 
 
 def test_so_it_does_where_the_queue_could_not_be_read_when_the_app_began(site, plan):

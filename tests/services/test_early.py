@@ -46,7 +46,7 @@ def in_hand(site, plan):
     """A schedule whose next start is written down, taken in hand by its worker, and not yet due."""
     schedule = plan("2026-11-23T06:05", minimum_battery_percent=20)
     site.run(DUE - EARLIER)
-    assert [run.state for run in site.executions()] == [State.SUBMITTING]
+    assert site.states() == [State.SUBMITTING]
     assert 0 < only_worker(site).advance() <= EARLIER
     return schedule
 
@@ -67,7 +67,7 @@ def test_nothing_is_written_earlier_than_that(site, plan):
     assert site.executions() == []
     assert 0 < site.engine.advance() < 0.03
     site.run(0.027)
-    assert [run.state for run in site.executions()] == [State.SUBMITTING]
+    assert site.states() == [State.SUBMITTING]
 
 
 # ---------------------------------------------------------------- clocks, stops, trouble

@@ -8,45 +8,26 @@ from datetime import timedelta
 import pytest
 
 from app.domain.execution import ReasonCode, State, Trigger
-from app.domain.models import Schedule
 from app.services.robots.fleets import Fleets
 from tests.support.network import Fate
-from tests.support.site import FLEET, Site
+from tests.support.site import FLEET
 
 KEYS = {"the same key": "mir_scheduler", "another key": "mir_other"}
 
 
 @pytest.fixture
-def furnished(tmp_path, monkeypatch):
+def furnished(enterprise, monkeypatch):
     """A fleet that forgets the ids of ended orders, and so many of its robots. When it is asked who it is, a test says."""
     monkeypatch.setattr(Fleets, "tick", lambda _self: None)
-    sites = []
-
-    def furnish(robots: int = 1):
-        site = Site(tmp_path, target="enterprise", robots=robots)
-        site.fleet.knobs = replace(site.fleet.knobs, version="1.4.2", ids_kept=0.0)
-        sites.append(site)
-        found = site.add_robots()
-        site.add_mission()
-        site.run(10)
-        return site, *found
-
-    yield furnish
-    for site in sites:
-        site.switch_off()
+    return lambda robots=1: enterprise(robots, version="1.4.2", ids_kept=0.0)
 
 
 def planned(site, robot, minutes=2):
-    start = (site.clock.now() + timedelta(minutes=minutes)).replace(tzinfo=None, second=0, microsecond=0)
-    own = {"respect_working_days": False, "start_window_minutes": 600}
-    new = Schedule(robot.name, robot_id=robot.id, mission_id=1, start=start, timezone="UTC", **own)
-    return site.container.catalogue.save_schedule(new)
+    return site.plan_once(robot.id, minutes, start_window_minutes=600)
 
 
 def ran(site, robot, mission=1):
-    row = site.container.operator.run_now(robot.id, mission)
-    site.run_until(lambda: not site.container.ledger.get(row.id).state.is_open)
-    assert site.container.ledger.get(row.id).state is State.COMPLETED
+    assert site.ended(site.container.operator.run_now(robot.id, mission)).state is State.COMPLETED
 
 
 def lose_the_answer(site, robot, number=1):
@@ -60,16 +41,8 @@ def lose_the_answer(site, robot, number=1):
 def kill_while_it_is_sent(site, off):
     site.run_until(lambda: any(row.state is State.SUBMITTING for row in site.executions()))
     site.run(0.5)
-    site.switch_off(cleanly=False)
-    site.clock.advance(off)
-    site.switch_on()
+    site.power_cut(off)
     site.run(400)
-
-
-def without_link(site, seconds):
-    site.network.down.update([*site.machines, FLEET])
-    site.run(seconds)
-    site.network.down.clear()
 
 
 @pytest.mark.parametrize("key", KEYS.values(), ids=KEYS)
@@ -83,7 +56,7 @@ def test_a_start_whose_order_ended_unseen_is_not_sent_twice_after_the_key_was_re
     planned(site, robot)
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     site.run_until(lambda: len(site.queue("R1")) == 2)
-    without_link(site, 120)
+    site.without_link(120)
     site.run(600)
     assert len(site.queue("R1")) == 2
 
@@ -121,11 +94,13 @@ def test_of_two_starts_of_one_mission_only_the_one_that_ran_is_completed(furnish
     site.network.next("POST", "/mission_queue", Fate.LOST)
     second = site.container.operator.run_now(robot.id, 1)
     site.run_until(lambda: site.container.ledger.get(second.id).state is State.SUBMITTING)
-    without_link(site, 400)
+    site.without_link(400)
     site.run(900)
     rows = [site.container.ledger.get(row.id) for row in (first, second)]
-    assert [row.state for row in rows] == [State.COMPLETED, State.FAILED]
-    assert rows[1].reason.code is ReasonCode.UNKNOWN_OUTCOME
+    assert [(row.state, row.reason and row.reason.code) for row in rows] == [
+        (State.COMPLETED, None),
+        (State.FAILED, ReasonCode.UNKNOWN_OUTCOME),
+    ]
 
 
 @pytest.mark.long
@@ -140,7 +115,7 @@ def test_a_start_that_was_lost_long_ago_hides_no_later_one(furnished):
     site.network.next("POST", "/mission_queue", Fate.ANSWER_LOST)
     later = site.container.operator.run_now(robot.id, 1)
     site.run_until(lambda: len(site.queue("R1")) == 2)
-    without_link(site, 120)
+    site.without_link(120)
     site.run(600)
     assert [site.container.ledger.get(row.id).state for row in (lost, later)] == [State.CANCELLED, State.COMPLETED]
 
@@ -152,7 +127,7 @@ def test_what_was_lost_before_the_app_was_killed_is_sent_again_though_the_missio
     planned(site, robot)
     site.network.next("POST", "/mission_queue", Fate.LOST)
     kill_while_it_is_sent(site, 60)
-    assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED] * 2, 2)
+    assert (site.states(), len(site.queue("R1"))) == ([State.COMPLETED] * 2, 2)
 
 
 @pytest.mark.long
@@ -170,7 +145,7 @@ def test_what_was_sent_is_found_though_the_clock_was_set_while_the_app_was_off(f
     site.clock.step(-back)
     site.switch_on()
     site.run(900)
-    assert ([row.state for row in site.executions()], len(site.queue("R1"))) == ([State.COMPLETED], 1)
+    assert (site.states(), len(site.queue("R1"))) == ([State.COMPLETED], 1)
 
 
 @pytest.mark.long
@@ -201,7 +176,7 @@ def test_what_was_sent_is_not_sent_again_after_the_clock_was_set_back_where_the_
     site.clock.step(-540)
     site.switch_on()
     site.run(900)
-    (row,) = site.executions()
+    row = site.the_row()
     assert (row.state, row.reason.code, len(site.queue("R1"))) == (State.FAILED, ReasonCode.UNKNOWN_OUTCOME, 1)
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from datetime import timedelta
 
 import pytest
 
 from app.database.fleets import FleetRepository
 from app.domain.check_up import RobotProfile
 from app.domain.execution import ReasonCode, State, Wait
-from app.domain.models import Fleet, Group, Robot, Schedule
+from app.domain.models import Fleet, Group, Robot
 from app.domain.reasons import sentence, waiting_sentence
 from app.services.live.changes import Topic
 from tests.support.site import PASSWORD, USER, Site
@@ -29,13 +28,6 @@ def site(tmp_path):
     site.switch_off()
 
 
-def schedule(site, **target):
-    start = (site.clock.now() + timedelta(minutes=1)).replace(tzinfo=None, second=0, microsecond=0)
-    target = target or {"robot_id": site.robot.id}
-    new = Schedule("S", None, site.mission.id, start, "UTC", start_window_minutes=3, respect_working_days=False)
-    return site.catalogue.save_schedule(replace(new, **target))
-
-
 def check_up(site):
     """As if a check-up had found something out."""
     fleet = site.catalogue.fleets()[0]
@@ -44,38 +36,32 @@ def check_up(site):
     site.container.changes.publish(Topic.ROBOTS)
 
 
-def the_row(site):
-    (row,) = site.executions()
-    return row
-
-
 def test_a_start_waits_for_the_check_up_and_says_so(site):
-    schedule(site)
+    site.plan_once(site.robot.id, 1, start_window_minutes=3)
     site.run(90)
-    row = the_row(site)
+    row = site.the_row()
     assert (row.state, row.wait) == (State.WAITING, Wait.CHECK_UP)
     assert waiting_sentence(row, "UTC").startswith("The fleet Hall has to be checked up first, waits until")
     check_up(site)
-    site.run_until(lambda: the_row(site).state is State.COMPLETED)
-    assert the_row(site).attempts == 1
+    site.run_until(lambda: site.the_row().state is State.COMPLETED)
+    assert site.the_row().attempts == 1
 
 
 def test_one_that_waited_too_long_says_why(site):
-    schedule(site)
+    site.plan_once(site.robot.id, 1, start_window_minutes=3)
     site.run(250)
-    row = the_row(site)
+    row = site.the_row()
     assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.WINDOW_CLOSED)
     assert sentence(row.reason, "UTC").endswith("the fleet Hall was not checked up")
     assert row.attempts == 0
 
 
 def test_a_group_chooses_none_of_its_robots(site):
-    group = site.catalogue.save_group(Group("G", (site.robot.id,)))
-    schedule(site, group_id=group.id)
+    site.plan_once(None, 1, group_id=site.catalogue.save_group(Group("G", (site.robot.id,))).id)
     site.run(70)
-    assert the_row(site).wait is Wait.ROBOT
+    assert site.the_row().wait is Wait.ROBOT
     check_up(site)
-    site.run_until(lambda: the_row(site).state is State.COMPLETED)
+    site.run_until(lambda: site.the_row().state is State.COMPLETED)
 
 
 def test_nothing_starts_while_it_is_idle(site):
@@ -88,7 +74,7 @@ def test_nothing_starts_while_it_is_idle(site):
 def test_a_person_may_start_one_now(site):
     site.run(10)
     site.container.operator.run_now(site.robot.id, site.mission.id)
-    site.run_until(lambda: the_row(site).state is State.COMPLETED)
+    site.run_until(lambda: site.the_row().state is State.COMPLETED)
 
 
 def test_its_robots_are_asked_as_it_is_entered_now(site):

@@ -8,7 +8,7 @@ from datetime import datetime
 
 import pytest
 
-from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, Place, Robot, Schedule
+from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, Place, Schedule
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.configuration.exporting import export_configuration
 from tests.support.edits import import_file
@@ -37,16 +37,6 @@ def hall(catalogue, **values):
 
 def of_group(group, **values):
     return Schedule("Kits", None, 1, START, "UTC", group_id=group.id, **values)
-
-
-def test_robots_and_groups_share_their_names(catalogue):
-    hall(catalogue)
-    with pytest.raises(InvalidInput, match="there is a group Hall already"):
-        catalogue.save_robot(Robot("Hall", "http://other", "Distributor"))
-    with pytest.raises(InvalidInput, match="there is a robot R1 already"):
-        catalogue.save_group(Group("R1", (2,)))
-    with pytest.raises(InvalidInput, match="there is a group Hall already"):
-        catalogue.save_group(Group("Hall", (2,)))
 
 
 @pytest.mark.parametrize(

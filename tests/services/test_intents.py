@@ -15,7 +15,7 @@ def insert_due(site) -> list[State]:
     site.run(DUE - INTENT_LEAD - 0.01 - site.seconds())
     site.clock.advance(INTENT_LEAD + 0.05)
     site.engine.advance()
-    return [run.state for run in site.executions()]
+    return site.states()
 
 
 def test_one_that_is_cancelled_on_its_way_is_cancelled_on_the_robot(site, plan):

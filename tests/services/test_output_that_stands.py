@@ -204,7 +204,6 @@ def test_a_log_file_on_a_disk_that_hangs_delays_nothing(site, robot):
         command(site, "--headless"), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment(), cwd=ROOT
     )
     try:
-        assert app.stdout is not None
         assert app.stdout.readline() == b"ready\n"
         import_configuration(site, {"schedules": [once_now("Łaźnia 東", "Home", "Now")]})
         wait_for(lambda: started(robot) == 1, what="the robot to get its start")

@@ -35,7 +35,7 @@ def on_its_way(site, plan, monkeypatch) -> messages.Start:
     site.clock.advance(0.02)
     site.engine.advance()
     monkeypatch.undo()
-    assert [run.state for run in site.executions()] == [State.SUBMITTING]
+    assert site.states() == [State.SUBMITTING]
     [start] = kept
     return start
 
@@ -148,6 +148,6 @@ def test_an_intent_whose_write_is_said_to_have_failed_is_looked_for(site, plan, 
 
     monkeypatch.setattr(site.container.db, "write", fail_after_the_intent)
     site.run(5.0)
-    assert ([run.state for run in site.executions()], tokens(site)) == ([State.SUBMITTING], [])
+    assert (site.states(), tokens(site)) == ([State.SUBMITTING], [])
     site.run(QUIET + 10.0)
     check_was_sent(site, attempts=2)

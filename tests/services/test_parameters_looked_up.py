@@ -118,8 +118,7 @@ def test_a_robot_that_answers_400_is_asked_what_the_mission_needs_now(site, robo
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Position"),)})
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(600)
-    (row,) = site.executions(State.FAILED)
-    assert (row.reason.code, len(site.network.posts())) == (ReasonCode.REFUSED, 1)
+    assert (site.the_row(State.FAILED).reason.code, len(site.network.posts())) == (ReasonCode.REFUSED, 1)
     site.run(DAY)
     assert (len(site.executions(State.COMPLETED)), sent(site)) == (1, [line_1["guid"]])
 
@@ -143,8 +142,7 @@ def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, mission, l
     monkeypatch.setattr(RobotClient, call, refused)
     take(site, {"Position": line_1["guid"]})
     site.run(900)
-    (row,) = site.executions(State.COMPLETED)
-    assert (row.attempts, sent(site)) == (1, [line_1["guid"]])
+    assert (site.the_row(State.COMPLETED).attempts, sent(site)) == (1, [line_1["guid"]])
 
 
 @pytest.mark.long
@@ -155,8 +153,7 @@ def test_another_robot_is_sent_nothing(site, mission, line_1, monkeypatch):
     monkeypatch.setattr(RobotClient, "parameters", refused)
     take(site, {"Position": line_1["guid"]})
     site.run(900)
-    (row,) = site.executions(State.FAILED)
-    assert (row.reason.code, site.network.posts()) == (ReasonCode.WRONG_ROBOT, [])
+    assert (site.the_row(State.FAILED).reason.code, site.network.posts()) == (ReasonCode.WRONG_ROBOT, [])
 
 
 # ---------------------------------------------------------------------- defaults

@@ -21,6 +21,7 @@ from app.services.history.shift_report import ReportPeriod
 from app.services.live.downtime import Gap
 from tests.support.clock import VirtualClock
 from tests.support.edits import skip_next
+from tests.support.errors import refuses
 from tests.support.planner import insert_due
 
 NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
@@ -112,9 +113,8 @@ def test_it_survives_a_restart_and_an_edit_of_the_schedule(plant):
 
 @pytest.mark.parametrize("until", [NOW, NOW - timedelta(days=1)])
 def test_a_time_that_has_passed_is_refused(plant, until):
-    with pytest.raises(InvalidInput) as caught:
+    with refuses("until"):
         plant.skipping.pause(plant.daily.id, until)
-    assert caught.value.field == "until"
     assert plant.stored().paused_until is None
 
 
@@ -245,9 +245,9 @@ def test_the_preview_and_its_warnings_omit_what_is_skipped(plant):
 @pytest.mark.parametrize("instant", [at(23) - timedelta(days=1), at(24) + timedelta(minutes=1), at(28)])
 def test_only_what_is_planned_can_be_skipped(plant, instant):
     """Not what has passed, nor another time, nor a day without work."""
-    with pytest.raises(InvalidInput) as caught:
+    with refuses("schedule"):
         plant.skipping.skip(plant.daily.id, instant)
-    assert (caught.value.field, plant.rows(), planned(plant, 1)) == ("schedule", [], [23])
+    assert (plant.rows(), planned(plant, 1)) == ([], [23])
 
 
 def test_a_one_time_start_that_is_skipped_is_over(plant):

@@ -20,8 +20,7 @@ DAY = datetime(2026, 11, 24, tzinfo=UTC)  # the next one
 def site(tmp_path):
     site = Site(tmp_path / "one", robots=4)
     site.add_robots()
-    mission = site.add_mission("Deliver")
-    site.container.catalogue.save_mission(replace(mission, usual_minutes=10))
+    site.container.catalogue.save_mission(replace(site.add_mission("Deliver"), usual_minutes=10))
     yield site
     site.switch_off()
 
@@ -151,8 +150,7 @@ def test_the_next_starts_have_their_robots_too(site, hall):
 def test_what_robots_do_at_present_counts_and_the_forecast_comes_true(site, hall):
     kits(site, hall, "06:05", "06:05")
     kits(site, hall, "06:06", recurrence=None)
-    now = site.clock.now()
-    expected = sorted((run.at, run.robot.name) for run in planned(site, now, 1.0))
+    expected = sorted((run.at, run.robot.name) for run in planned(site, site.clock.now(), 1.0))
     assert [name for _, name in expected] == ["R1", "R2", "R3"]
     site.run(310)
     assert [run.robot.name for run in planned(site, site.clock.now(), 1.0)] == ["R3"]  # R1 and R2 are under way

@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.execution import Execution, State
 from app.domain.models import InvalidInput
+from tests.support.errors import raises
 
 
 def failed(site, plan) -> Execution:
@@ -51,6 +52,5 @@ def test_where_it_can_not_be_a_sentence_says_why(site, plan):
     for schedule in site.container.catalogue.schedules():
         site.container.catalogue.remove_schedule(schedule.id)
     site.container.catalogue.remove_mission(site.container.catalogue.missions()[0].id)
-    with pytest.raises(InvalidInput) as refused:
+    with raises(InvalidInput, msgid="{robot} has no mission {mission}"):
         site.container.operator.run_again(row.id)
-    assert refused.value.msgid == "{robot} has no mission {mission}"

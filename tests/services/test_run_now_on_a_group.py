@@ -36,7 +36,6 @@ def test_a_robot_that_hangs_keeps_run_now_from_no_other_robot_of_its_group(tmp_p
         except subprocess.TimeoutExpired:
             done = None
     assert sum(len(robot.state()["queue"]) for robot in fleet.robots) == 1
-    assert done is not None
     assert done.returncode == 0, done
 
 

@@ -62,15 +62,57 @@ def test_the_link_counts_and_not_the_note_that_is_not_kept_up(machine, target):
     assert machine.zone() == TabletZone("Europe/Helsinki", LOCALTIME, True)
 
 
-def test_a_link_to_a_link(machine):
-    machine.link(LOCALTIME, "alternatives/zone").link("/etc/alternatives/zone", f"{ZONES}/Europe/Mariehamn")
-    machine.link(f"{ZONES}/Europe/Mariehamn", "Helsinki").file(f"{ZONES}/Europe/Helsinki", zone_file("Europe/Helsinki"))
-    assert machine.zone() == TabletZone("Europe/Mariehamn", LOCALTIME, True)
-
-
-def test_links_in_a_circle_say_nothing(machine):
-    machine.link(LOCALTIME, "other").link("/etc/other", "localtime").file(TIMEZONE_FILE, "Europe/Helsinki\n")
-    assert machine.zone() == TabletZone("Europe/Helsinki", TIMEZONE_FILE, False)
+@pytest.mark.parametrize(
+    ("links", "files", "environ", "found"),
+    [
+        pytest.param({}, {}, {}, ("UTC", "", False), id="nothing says it"),
+        pytest.param(
+            {
+                LOCALTIME: "alternatives/zone",
+                "/etc/alternatives/zone": f"{ZONES}/Europe/Mariehamn",
+                f"{ZONES}/Europe/Mariehamn": "Helsinki",
+            },
+            {f"{ZONES}/Europe/Helsinki": zone_file("Europe/Helsinki")},
+            {},
+            ("Europe/Mariehamn", LOCALTIME, True),
+            id="a link to a link",
+        ),
+        pytest.param(
+            {LOCALTIME: "other", "/etc/other": "localtime"},
+            {TIMEZONE_FILE: "Europe/Helsinki\n"},
+            {},
+            ("Europe/Helsinki", TIMEZONE_FILE, False),
+            id="links in a circle",
+        ),
+        pytest.param(
+            {LOCALTIME: f"{ZONES}/America/Vancouver"},  # since 2026 it keeps its summer time
+            {f"{ZONES}/America/Vancouver": zone_file("America/Los_Angeles")},
+            {},
+            ("America/Vancouver", LOCALTIME, True),
+            id="a link, where the system's data are old",
+        ),
+        pytest.param(
+            {LOCALTIME: f"{ZONES}/Europe/Helsinki"},
+            {},
+            {"TZ": "Europe/Helsinky"},
+            ("Europe/Helsinki", LOCALTIME, False),
+            id="a variable that is neither name nor rule",
+        ),
+        pytest.param(
+            {LOCALTIME: f"{ZONES}/Europe/Helsinki"},
+            {},
+            {"TZ": ""},
+            ("Europe/Helsinki", LOCALTIME, True),
+            id="an empty variable",
+        ),
+    ],
+)
+def test_what_is_found_where(machine, links, files, environ, found):
+    for path, target in links.items():
+        machine.link(path, target)
+    for path, content in files.items():
+        machine.file(path, content)
+    assert machine.zone(**environ) == TabletZone(*found)
 
 
 @pytest.mark.parametrize("others", [[], ["Europe/Helsinki", "Europe/Mariehamn", "Europe/Riga", "UTC"]])
@@ -85,14 +127,6 @@ def test_no_plant_lies_in_utc_which_an_image_has_that_was_never_set_up(machine):
     machine.link(LOCALTIME, f"{ZONES}/Etc/UTC")
     assert machine.zone() == TabletZone("Etc/UTC", LOCALTIME, False)
     assert machine.zone(TZ="Etc/UTC") == TabletZone("Etc/UTC", "TZ", True)
-
-
-def test_a_link_is_right_though_the_systems_data_are_old(machine):
-    """Since 2026 Vancouver keeps its summer time."""
-    machine.link(LOCALTIME, f"{ZONES}/America/Vancouver").file(
-        f"{ZONES}/America/Vancouver", zone_file("America/Los_Angeles")
-    )
-    assert machine.zone() == TabletZone("America/Vancouver", LOCALTIME, True)
 
 
 @pytest.mark.parametrize(
@@ -145,10 +179,6 @@ def test_a_file_that_is_no_zone_says_nothing(machine, content):
     assert machine.zone() == TabletZone("UTC", "", False)
 
 
-def test_nothing_says_it(machine):
-    assert machine.zone() == TabletZone("UTC", "", False)
-
-
 # ---------------------------------------------------------------------- TZ
 @pytest.mark.parametrize(
     "variable",
@@ -188,16 +218,6 @@ def test_a_rule_is_compared_with_the_systems_own_data_too(machine):
 
 def test_a_language_without_a_country_does_not_hide_another(machine):
     assert machine.zone(TZ=RULE, LC_ALL="C.UTF-8", LANG="fi_FI.UTF-8").name == "Europe/Helsinki"
-
-
-def test_one_that_is_neither_name_nor_rule_leaves_it_uncertain(machine):
-    machine.link(LOCALTIME, f"{ZONES}/Europe/Helsinki")
-    assert machine.zone(TZ="Europe/Helsinky") == TabletZone("Europe/Helsinki", LOCALTIME, False)
-
-
-def test_an_empty_one_says_nothing(machine):
-    machine.link(LOCALTIME, f"{ZONES}/Europe/Helsinki")
-    assert machine.zone(TZ="") == TabletZone("Europe/Helsinki", LOCALTIME, True)
 
 
 # ---------------------------------------------------------------------- Windows

@@ -28,7 +28,7 @@ def test_many_are_followed_in_one_request(site, asked):
     assert "POST /mission_queue/search" in asked
     assert not [path for path in asked if path.startswith("GET /mission_queue/")]
     site.run(1500.0)
-    assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
+    assert site.states() == [State.COMPLETED] * COUNT
 
 
 def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
@@ -37,7 +37,7 @@ def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
 
     monkeypatch.setattr(RobotClient, "items_after", too_many)
     site.run(1500.0)
-    assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
+    assert site.states() == [State.COMPLETED] * COUNT
     assert {path for path in asked if path.startswith("GET /mission_queue/")}
 
 
@@ -47,4 +47,4 @@ def test_those_that_are_not_in_the_list_are_asked_for_by_themselves(site, asked,
     site.run(10.0)
     assert len({path for path in asked if path.startswith("GET /mission_queue/")}) == COUNT
     site.run(1500.0)
-    assert [run.state for run in site.executions()] == [State.COMPLETED] * COUNT
+    assert site.states() == [State.COMPLETED] * COUNT

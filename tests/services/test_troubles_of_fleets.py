@@ -45,7 +45,7 @@ def test_an_order_that_its_fleet_has_lost_is_said_in_words_of_fleets(site):
     site.stranger_queues()
     site.run(5)
     site.container.operator.run_now(robot.id, 1)
-    site.run_until(lambda: [row.state for row in site.executions()] == [State.QUEUED])
+    site.run_until(lambda: site.states() == [State.QUEUED])
     site.fleet.restart(5, forgets_waiting=True)
     site.run_until(lambda: not site.executions()[0].state.is_open)
     assert sentence(site.executions()[0].reason, "UTC") == "The fleet no longer has this order"
@@ -57,7 +57,7 @@ def test_the_robot_that_took_an_order_has_its_name_of_the_plan(site):
         add(site, f"{name} of Hall", number)  # its name at the fleet is another robot's here
     site.run(10)
     site.container.operator.run_now(either.id, 1)
-    site.run_until(lambda: [row.state for row in site.executions()] == [State.COMPLETED])
+    site.run_until(lambda: site.states() == [State.COMPLETED])
     assert site.executions()[0].taken_by.endswith(" of Hall")
 
 

@@ -71,7 +71,6 @@ def limited(data: Path, ulimit: str) -> Iterator[subprocess.Popen[str]]:
         cwd=ROOT,
     ) as app:
         try:
-            assert app.stdout is not None
             assert app.stdout.readline() == "ready\n"
             yield app
             app.send_signal(signal.SIGTERM)

@@ -52,7 +52,7 @@ def test_what_is_held_is_sent_without_opening_the_ledger(site, plan, ledger, mon
     ledger.looks = 0
     site.clock.advance(0.05)
     wait = worker.advance()
-    assert [run.state for run in site.executions()] == [State.QUEUED]
+    assert site.states() == [State.QUEUED]
     assert ledger.looks == 0
     assert 0.5 * LIVE_EVERY <= wait <= 1.5 * LIVE_EVERY  # then its way is followed
 
@@ -129,7 +129,7 @@ def test_what_one_look_brings_is_one_write(site, plan, ledger):
     site.machines["R1"].cancel_all()
     ledger.writes.clear()
     site.run(2 * LIVE_EVERY)
-    assert [run.state for run in site.executions()] == [State.CANCELLED] * COUNT
+    assert site.states() == [State.CANCELLED] * COUNT
     assert ledger.writes[0] >= COUNT
 
 

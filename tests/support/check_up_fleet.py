@@ -47,8 +47,6 @@ class AskedFleet(AskedRobot):
         self._begin()
 
     def client(self, robot: Robot | None = None) -> FleetClient:  # type: ignore[override]
-        assert robot is not None
-        assert robot.fleet is not None
         make: type[FleetClient] = ClassicVehicle if self.kind == "classic" else EnterpriseVehicle
         return make(
             Address.parse(robot.address),

@@ -85,6 +85,7 @@ class CheckedRobot(Checked):
     def __init__(self, directory: Path, profile: Profile | None = None, *, history: int = 60, **values: Any) -> None:
         self.asked = AskedRobot(profile, history=history, **values)
         super().__init__(directory, _database(self.machine.serial_number))
+        self.before = self.as_it_is()
 
     @property
     def check_ups(self) -> CheckUps:
@@ -106,8 +107,13 @@ class CheckedRobot(Checked):
         self.check_ups.put_back_all(list(self.check_ups.left_behind()))
 
     def check_nothing_is_left(self) -> None:
-        assert not self.check_ups.left_behind()
-        assert not self.container.holds.current()
+        """Here, of a trial that is to be undone."""
+        assert (self.check_ups.left_behind(), self.container.holds.current()) == ([], [])
+
+    def check_is_restored(self, when: object = "") -> None:
+        """The robot is as it was before the trial."""
+        assert self.as_it_is() == self.before, when
+        self.check_nothing_is_left()
 
     def as_it_is(self) -> dict[str, Any]:
         """What a trial changes on the robot, and has to put back."""

@@ -45,7 +45,6 @@ def serve_apart(robots: int, *, time_scale: float = 1.0) -> Iterator[DistantFlee
         [sys.executable, "-m", "mir_sim", *arguments], stdout=subprocess.PIPE, text=True, env=environment(), cwd=ROOT
     ) as process:
         try:
-            assert process.stdout is not None
             lines = [process.stdout.readline().split() for _robot in range(robots)]
             yield DistantFleet(tuple(DistantRobot(name, url) for _ready, name, url in lines))
         finally:

@@ -151,7 +151,6 @@ class Network:
 
     def time_out(self, seconds: float) -> None:
         """The app waits and gets no answer."""
-        assert self.site is not None
         if self.others_wait:
             self.site.clock.advance(seconds)
         else:
@@ -227,7 +226,6 @@ class SimulatedTransport:
                 network.time_out(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
             case Fate.LATE:
-                assert network.site is not None
                 network.site.at(planned.seconds or 0.0, handle)
                 network.time_out(timeout.read)
                 raise TimedOut(address=self._name, seconds=timeout.read)
@@ -256,7 +254,6 @@ class SimulatedTransport:
             case Fate.CUT:
                 raise ConnectionLost(address=self._name)
             case Fate.SLOW:
-                assert network.site is not None
                 network.site.others_continue(planned.seconds or 0.0)
         return answer
 

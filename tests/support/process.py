@@ -111,12 +111,10 @@ class App:
             reader.start()
 
     def _read_stdout(self) -> None:
-        assert self.process.stdout is not None
         for line in self.process.stdout:
             self._stdout.put(line.rstrip("\n"))
 
     def _read_stderr(self) -> None:
-        assert self.process.stderr is not None
         for line in self.process.stderr:
             self.stderr.append(line.rstrip("\n"))
 
@@ -142,8 +140,6 @@ class App:
         code = self.process.wait(PATIENCE)
         for reader in self._readers:
             reader.join(PATIENCE)
-        assert self.process.stdout is not None
-        assert self.process.stderr is not None
         self.process.stdout.close()
         self.process.stderr.close()
         return code
@@ -221,6 +217,6 @@ def prepared(data_dir: Path, content: dict[str, Any]) -> None:
         container.close()
 
 
-def is_one_line(text: str) -> bool:
-    """Every refusal is one line without a traceback."""
-    return bool(re.fullmatch(r"main\.py: [^\n]+\n", text)) and "Traceback" not in text
+def is_one_line(text: str, words: str = "") -> bool:
+    """Every refusal is one line without a traceback, here with these words."""
+    return bool(re.fullmatch(r"main\.py: [^\n]+\n", text)) and "Traceback" not in text and words in text

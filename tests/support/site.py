@@ -13,7 +13,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from app.database.execution_history import ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.domain.check_up import Report, RobotProfile
 from app.domain.execution import Execution, State
-from app.domain.models import Fleet, FleetKind, Mission, Robot
+from app.domain.models import Fleet, FleetKind, Mission, Robot, Schedule
 from app.domain.robot import FleetIdentity
 from app.mir.address import Address
 from app.mir.classic_vehicle import ClassicVehicle
@@ -41,7 +41,6 @@ from app.services.dispatch.worker import RobotWorker
 from app.services.live.changes import Topic
 from app.services.live.tablet_zone import TabletZone
 from mir_sim import MISSIONS, Profile, SimulatedRobot
-from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.enterprise_orders import API_KEYS, Origin
 from mir_sim.machine import Machine
 from tests.support import targets
@@ -223,7 +222,6 @@ class Site:
 
     def _client(self, robot: Robot) -> Target:
         if robot.fleet is not None:
-            assert self.fleet is not None
             ids = self._vehicle_ids
             name = next((name for name, vehicle in ids.items() if vehicle == robot.vehicle), FLEET)
             token = Token.from_header(robot.token or "")
@@ -258,7 +256,6 @@ class Site:
     # ------------------------------------------------------------------ furnishing
     def _reach(self, address: Address) -> Transport:
         """A robot of the fleet, at the address that the fleet has of it."""
-        assert self.fleet is not None
         robot = next(each.robot for each in self.fleet.vehicles if Address.parse(each.address).url == address.url)
         return SimulatedTransport(robot, self.network, self.clock, robot.name, Token.derive(USER, PASSWORD))
 
@@ -288,7 +285,6 @@ class Site:
     @property
     def _ended_shown_s(self) -> float:
         """What the check-up of a fleet that has worked for an hour finds."""
-        assert isinstance(self.fleet, EnterpriseFleet)
         return min(3600.0, self.fleet.knobs.orders_kept or 3600.0)
 
     @property
@@ -307,15 +303,16 @@ class Site:
     def add_mission(self, name: str = "Deliver") -> Mission:
         return self.container.catalogue.save_mission(Mission(name, GUIDS[name]))
 
+    def plan_once(self, robot_id: int | None, minutes: int = 2, **values: Any) -> Schedule:
+        """A start of the first mission in so many minutes, whatever day it is."""
+        start = (self.clock.now() + timedelta(minutes=minutes)).replace(tzinfo=None, second=0, microsecond=0)
+        own = {"start_window_minutes": 60, "respect_working_days": False, **values}
+        return self.container.catalogue.save_schedule(Schedule("S", robot_id, 1, start, "UTC", **own))
+
     def check_up(self, robot: Robot, profile: RobotProfile) -> None:
         """As if a check-up had found this of the robot."""
-
-        def put(c: sqlite3.Connection) -> None:
-            CheckUpRepository().put(
-                c, robot.id, Report(robot.name, robot.address, "", self.clock.now(), 60.0, (), profile)
-            )
-
-        self.container.db.write(put)
+        found = Report(robot.name, robot.address, "", self.clock.now(), 60.0, (), profile)
+        self.container.db.write(lambda c: CheckUpRepository().put(c, robot.id, found))
         self.container.changes.publish(Topic.ROBOTS)
 
     # ------------------------------------------------------------------ time
@@ -337,6 +334,11 @@ class Site:
             self._go_to(instant)
             self._step()
         self._go_to(end)
+
+    def ended(self, row: Execution) -> Execution:
+        """That start, once it has ended."""
+        self.run_until(lambda: not self.container.ledger.get(row.id).state.is_open)
+        return self.container.ledger.get(row.id)
 
     def run_until(self, condition: Callable[[], bool], within: float = 3600.0) -> None:
         """Let time pass until something holds; an error when it doesn't in time."""
@@ -406,6 +408,15 @@ class Site:
             self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
     # ------------------------------------------------------------------ looking
+    def states(self) -> list[State]:
+        """Of all starts, in the order in which they were made."""
+        return [row.state for row in self.executions()]
+
+    def the_row(self, *states: State) -> Execution:
+        """Of the only start, or of the only one in these states."""
+        (row,) = self.executions(*states)
+        return row
+
     def executions(self, *states: State) -> list:
         rows = ExecutionHistory().stream(self.container.db.read())
         return sorted((row for row in rows if not states or row.state in states), key=lambda row: row.id)
@@ -440,6 +451,12 @@ class Site:
         self.clock.suspend(seconds)
         for machine in self.all_machines:
             machine.catch_up()
+
+    def without_link(self, seconds: float) -> None:
+        """Neither robots nor their fleet answer for so long."""
+        self.network.down.update([*self.machines, FLEET])
+        self.run(seconds)
+        self.network.down.clear()
 
     def power_cut(self, seconds: float) -> None:
         """The tablet is off for so long, without warning; then the app starts again."""

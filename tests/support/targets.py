@@ -95,7 +95,6 @@ def order(fleet: SimulatedFleet, robot: SimulatedRobot, mission_id: str, person:
     vehicle = next(each for each in fleet.vehicles if each.robot is robot)
     if isinstance(fleet, EnterpriseFleet):
         made = fleet.order_of_somebody(mission_id, vehicle, id_=description).phase.order
-        assert made is not None
         return OrderItem(fleet, made).id
     own = {"wanted": vehicle, "description": description}
     return fleet.book.submit(fleet.new_guid(), mission_id, person, fleet.now, **own).number

@@ -20,11 +20,22 @@ from mir_sim.fleets.base import GO_HOME as HOME
 from mir_sim.fleets.enterprise_orders import Origin
 from tests.support.check_up_fleet import MISSION, ROBOT, CheckedFleet
 from tests.support.check_up_site import Killed
+from tests.support.findings import says
 from tests.support.recorded_robot import START
 
 KINDS = ("classic", "enterprise")
 OWN_KEY = Origin.of_key("Scheduler").api_key_guid
 LOST = ConnectionLost(address="10.0.0.9")
+
+
+@pytest.fixture
+def kind():
+    return "classic"
+
+
+@pytest.fixture
+def site(tmp_path, kind):
+    return CheckedFleet(tmp_path, kind)
 
 
 def levels(report):
@@ -37,8 +48,7 @@ def levels(report):
 
 
 def check_nothing_is_left(site):
-    assert (site.open_orders(), site.runs()) == ([], [])
-    assert list(site.check_ups.left_behind()) == []
+    assert (site.open_orders(), site.runs(), site.check_ups.left_behind()) == ([], [], [])
 
 
 @pytest.mark.parametrize(
@@ -70,18 +80,17 @@ def test_one_order_shows_what_the_app_may_rely_on(tmp_path, kind, knobs, profile
 
 
 @pytest.mark.parametrize(
-    ("kind", "knobs", "topic", "says"),
+    ("kind", "knobs", "topic", "begins"),
     [
         ("classic", {"description": "none"}, Topic.RECOGNISED, "Neither a mark nor a user of its own"),
         ("enterprise", {"orders_kept": 0.0}, Topic.CANCELLED, "An order that has ended can't be found"),
         ("enterprise", {"posted": "lost"}, Topic.ORDER, "It took an order, but does not show it"),
     ],
 )
-def test_a_fleet_on_which_a_start_could_be_lost_gets_none_by_itself(tmp_path, kind, knobs, topic, says):
+def test_a_fleet_on_which_a_start_could_be_lost_gets_none_by_itself(tmp_path, kind, knobs, topic, begins):
     site = CheckedFleet(tmp_path, kind, **knobs)
-    report = site.trial()
-    red = [finding for finding in report.findings if finding.topic is topic and finding.level is Level.RED]
-    assert render(red[0].says).startswith(says)
+    red = [each for each in site.trial().findings if each.topic is topic and each.level is Level.RED]
+    assert render(red[0].says).startswith(begins)
     assert site.fleet.known is None
     site.clean_up()
     check_nothing_is_left(site)
@@ -94,21 +103,18 @@ def test_without_mark_a_user_of_its_own_is_enough(tmp_path):
         return Response(answer.status, answer.body.replace(b"mirconst-guid", b"guid"), answer.headers)
 
     site.asked.meddle = as_own_user
-    report = site.trial()
-    assert levels(report)["recognised"] is Level.AMBER
+    assert levels(site.trial())["recognised"] is Level.AMBER
     assert site.fleet.known.token_field == ""
 
 
 def test_an_order_that_would_begin_at_once_is_cancelled_and_reported(tmp_path):
     site = CheckedFleet(tmp_path, earliest_start="ignored")
-    report = site.trial()
-    assert levels(report)["order"] is Level.RED
+    assert levels(site.trial())["order"] is Level.RED
     assert site.fleet.known is not None  # the app keeps the times itself
     check_nothing_is_left(site)
 
 
-def test_reading_alone_changes_nothing_and_keeps_what_is_known(tmp_path):
-    site = CheckedFleet(tmp_path)
+def test_reading_alone_changes_nothing_and_keeps_what_is_known(site):
     site.check_ups.run(site.id)
     assert (site.asked.writes, site.fleet.known) == ([], None)
     site.trial()
@@ -118,24 +124,21 @@ def test_reading_alone_changes_nothing_and_keeps_what_is_known(tmp_path):
 
 
 @pytest.mark.parametrize(("kind", "secret"), [("classic", "password"), ("enterprise", "API key")])
-def test_over_http_it_says_what_can_be_read(tmp_path, kind, secret):
-    report = CheckedFleet(tmp_path, kind).trial()
-    [found] = [finding for finding in report.findings if finding.topic is Topic.CERTIFICATE]
-    assert render(found.says) == f"It is asked over http: anyone on the network can read the {secret}"
+def test_over_http_it_says_what_can_be_read(site, kind, secret):
+    said = f"It is asked over http: anyone on the network can read the {secret}"
+    assert says(site.trial(), Topic.CERTIFICATE) == (Level.AMBER, said)
 
 
-def test_what_is_agreed_to_says_that_the_order_should_not_run(tmp_path):
-    site = CheckedFleet(tmp_path)
-    says = render(site.check_ups.moves(site.id, Trial(MISSION, ROBOT)))
-    assert says.startswith(f"Hall gets one order: {MISSION} for {ROBOT}, not before tomorrow.")
-    assert "should not run" in says
-    assert "cancelled at once" in says
+def test_what_is_agreed_to_says_that_the_order_should_not_run(site):
+    said = render(site.check_ups.moves(site.id, Trial(MISSION, ROBOT)))
+    assert said.startswith(f"Hall gets one order: {MISSION} for {ROBOT}, not before tomorrow.")
+    assert "should not run" in said
+    assert "cancelled at once" in said
     assert MISSION in site.check_ups.harmless_missions(site.id)
 
 
-def test_the_robots_of_a_fleet_are_offered_by_their_names_in_the_app(tmp_path):
+def test_the_robots_of_a_fleet_are_offered_by_their_names_in_the_app(site):
     """Two fleets may each have a robot of that name."""
-    site = CheckedFleet(tmp_path)
     assert list(site.check_ups.robots(site.id)) == [f"{ROBOT} (Hall)", "Celia (Hall)"]
     (bella,) = [
         each.id for each in site.asked.client(_any_of(site.fleet)).identify_fleet().vehicles if each.name == ROBOT
@@ -147,8 +150,7 @@ def test_the_robots_of_a_fleet_are_offered_by_their_names_in_the_app(tmp_path):
     check_nothing_is_left(site)
 
 
-def test_until_a_fleet_is_checked_up_a_new_schedule_says_that_nothing_is_sent(tmp_path):
-    site = CheckedFleet(tmp_path)
+def test_until_a_fleet_is_checked_up_a_new_schedule_says_that_nothing_is_sent(site):
     save = site.container.catalogue
     either = save.save_robot(_any_of(site.fleet, "Any")).id
     own = save.save_robot(Robot("Aino", "10.0.0.8", "scheduler"), "secret").id
@@ -171,8 +173,7 @@ def _any_of(fleet, name=""):
 
 
 @pytest.mark.parametrize("trial", [Trial(MISSION), Trial(MISSION, "No such robot"), Trial("No such one", ROBOT)])
-def test_a_trial_needs_a_mission_and_a_robot_of_the_fleet(tmp_path, trial):
-    site = CheckedFleet(tmp_path)
+def test_a_trial_needs_a_mission_and_a_robot_of_the_fleet(site, trial):
     try:
         report = site.check_ups.run(site.id, trial)
         assert not report.is_complete
@@ -228,8 +229,7 @@ def test_killed_at_any_moment_the_order_is_deleted_at_the_next_start(tmp_path, k
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_order_whose_answer_is_lost_is_found_and_deleted(tmp_path, kind):
-    site = CheckedFleet(tmp_path, kind)
+def test_an_order_whose_answer_is_lost_is_found_and_deleted(site):
     count = itertools.count()
     site.asked.gives(LOST, lambda method, path: method == "POST" and "search" not in path and next(count) == 0)
     site.trial()
@@ -237,24 +237,19 @@ def test_an_order_whose_answer_is_lost_is_found_and_deleted(tmp_path, kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_person_stops_it(tmp_path, kind):
-    site = CheckedFleet(tmp_path, kind)
-    report = site.trial(is_wanted=lambda: not site.asked.writes)
-    assert not report.is_complete
+def test_a_person_stops_it(site):
+    assert not site.trial(is_wanted=lambda: not site.asked.writes).is_complete
     assert (site.check_ups.report(site.id), site.fleet.known) == (None, None)
     check_nothing_is_left(site)
 
 
-def test_what_can_not_be_deleted_is_an_alarm_until_it_is(tmp_path):
-    site = CheckedFleet(tmp_path)
-
+def test_what_can_not_be_deleted_is_an_alarm_until_it_is(site):
     def lose_deletions(method, path):
         if method == "DELETE":
             raise LOST
 
     site.asked.before = lose_deletions
-    report = site.trial()
-    assert levels(report)["left"] is Level.RED
+    assert levels(site.trial())["left"] is Level.RED
     assert [alarm.code for alarm in site.container.alarms.open()] == ["check_up_left"]
     with pytest.raises(InvalidInput, match="not been undone"):
         site.trial()
@@ -264,17 +259,15 @@ def test_what_can_not_be_deleted_is_an_alarm_until_it_is(tmp_path):
     assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
 
 
-def test_the_alarm_ends_with_a_fleet_that_is_removed(tmp_path):
-    site = CheckedFleet(tmp_path)
+def test_the_alarm_ends_with_a_fleet_that_is_removed(site):
     site.container.alarms.raise_("check_up_left", f"fleet:{site.id}", robot="Hall", problem="it does not answer")
     site.container.catalogue.remove_fleet(site.id)
     assert [alarm.cleared_at is None for alarm in site.container.alarms.open()] == [False]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_plan_waits_while_an_order_of_a_trial_may_be_there(tmp_path, kind):
+def test_the_plan_waits_while_an_order_of_a_trial_may_be_there(site):
     """Also after the app was killed. A person's hold stays."""
-    site = CheckedFleet(tmp_path, kind)
     save, holds = site.container.catalogue.save_robot, site.container.holds
     bella, celia = (save(Robot(name, "", fleet=site.fleet, vehicle=name)) for name in (ROBOT, "Celia"))
     holds.hold("Cleaning", robot_id=celia.id)
@@ -289,9 +282,8 @@ def test_the_plan_waits_while_an_order_of_a_trial_may_be_there(tmp_path, kind):
     assert [hold.reason for hold in site.container.holds.all_active()] == ["Cleaning"]
 
 
-def test_a_fleet_is_not_removed_while_an_order_of_a_trial_may_be_there(tmp_path):
+def test_a_fleet_is_not_removed_while_an_order_of_a_trial_may_be_there(site):
     """Nor once an import has switched it off."""
-    site = CheckedFleet(tmp_path)
     kill_after_the_order(site)
     site.container.catalogue.save_fleet(replace(site.fleet, enabled=False))
     with pytest.raises(InvalidInput, match=r"can be removed in \d+ h$"):
@@ -302,9 +294,8 @@ def test_a_fleet_is_not_removed_while_an_order_of_a_trial_may_be_there(tmp_path)
 
 
 @pytest.mark.parametrize("ahead", [pytest.param(400, marks=pytest.mark.long), -400])
-def test_a_fleet_that_is_gone_for_good_can_be_removed_when_the_order_of_its_trial_would_have_begun(tmp_path, ahead):
+def test_a_fleet_that_is_gone_for_good_can_be_removed_when_the_order_of_its_trial_would_have_begun(site, ahead):
     """By so many days its clock is wrong."""
-    site = CheckedFleet(tmp_path)
     site.machine.clock.offset += ahead * 86_400.0
     kill_after_the_order(site)
     with pytest.raises(InvalidInput, match="may still have the order of its check-up"):
@@ -314,8 +305,7 @@ def test_a_fleet_that_is_gone_for_good_can_be_removed_when_the_order_of_its_tria
     assert site.container.catalogue.fleets() == []
 
 
-def test_the_app_on_copied_data_tries_nothing(tmp_path):
-    site = CheckedFleet(tmp_path)
+def test_the_app_on_copied_data_tries_nothing(site):
     kill_after_the_order(site)
     site.container.holds.is_copy = "this data is a copy"
     with pytest.raises(InvalidInput, match="copy"):
@@ -350,8 +340,7 @@ def test_it_is_found_out_for_how_long_orders_that_have_ended_are_shown(tmp_path,
     report = site.trial()
     known = site.fleet.known
     assert known.ended_shown_s == pytest.approx(min(shown, LISTED_FOR) if version == "1.4.2" else shown, abs=60.0)
-    (queue,) = [finding for finding in report.findings if finding.topic is Topic.QUEUE]
-    assert queue.level is (Level.GREEN if shown else Level.AMBER)
+    assert says(report, Topic.QUEUE)[0] is (Level.GREEN if shown else Level.AMBER)
     site.asked.clock.advance(1000.0)
     site.check_ups.run(site.id)  # which tries nothing
     assert (site.fleet.known.ended_shown_s > known.ended_shown_s + 900) is (kept is None and version == "1.5.0")

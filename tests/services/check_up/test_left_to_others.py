@@ -28,9 +28,7 @@ def queue_by_hand(robot: CheckedRobot) -> int:
     """On the robot's own page, by the app's user."""
     headers = {"content-type": "application/json", "accept-language": "en_US", "authorization": TOKEN.header}
     body = f'{{"mission_id": "{HOME}"}}'.encode()
-    answer = exchange(robot.machine, Request("POST", f"{BASE}{QUEUE}", {}, headers, body)).response
-    assert answer is not None
-    assert answer.status == 201
+    assert exchange(robot.machine, Request("POST", f"{BASE}{QUEUE}", {}, headers, body)).response.status == 201
     robot.machine.catch_up()
     return max(item.id for item in robot.machine.queue)
 
@@ -82,17 +80,15 @@ def test_a_mission_queued_by_hand_during_it_is_not_cancelled(robot):
     assert str(item.state) in ("Pending", "Executing", "Done")
     assert f"DELETE {QUEUE}/{made[0]}" not in robot.asked.writes
     assert not report.is_complete
-    assert not robot.check_ups.left_behind()
+    robot.check_nothing_is_left()
 
 
 def test_changes_of_a_check_up_are_undone_by_the_next_with_a_mission(robot):
     hold = robot.container.holds.hold("Check-up", robot.asked.clock.now().replace(year=2027), robot.id)
     robot.leave(is_paused=True, queued=HOME, hold=hold.id)
     robot.machine.pause()
-    report = robot.trial()
-    assert report.is_complete
-    assert not robot.machine.paused
-    assert not robot.container.holds.current()
+    assert robot.trial().is_complete
+    robot.check_is_restored()
 
 
 def test_nothing_is_undone_from_a_copy(robot):
@@ -101,8 +97,7 @@ def test_nothing_is_undone_from_a_copy(robot):
     robot.container.holds.is_copy = "this data was copied from another tablet"
     robot.clean_up()
     assert robot.check_ups.run(robot.id).is_complete
-    assert robot.asked.writes == []
-    assert list(robot.check_ups.left_behind()) == [robot.id]
+    assert (robot.asked.writes, robot.check_ups.left_behind()) == ([], [robot.id])
 
 
 def test_another_machine_at_the_address_is_left_alone(robot):
@@ -111,8 +106,7 @@ def test_another_machine_at_the_address_is_left_alone(robot):
     robot.leave(serial_number="of another", queue_floor=0, is_paused=True, queued=HOME)
     robot.machine.pause()
     assert robot.check_ups.put_back(robot.id) is None
-    assert robot.asked.writes == []
-    assert not robot.check_ups.left_behind()
+    assert (robot.asked.writes, robot.check_ups.left_behind()) == ([], [])
 
 
 @pytest.mark.parametrize("most", [1, 100], ids=["ended by a person", "to its end"])
@@ -121,7 +115,7 @@ def test_a_robot_that_does_not_let_the_mission_be_removed_is_released(robot, mos
     robot.asked.gives(FORBIDDEN, lambda method, path: method == "DELETE" and path.startswith("/missions/"))
     report = robot.trial(is_wanted=lambda: robot.asked.writes.count(f"POST {QUEUE}") < most)
     assert says(report, Topic.LEFT)[0] is Level.RED
-    assert list(robot.check_ups.left_behind()) == [robot.id]
+    assert robot.check_ups.left_behind() == [robot.id]
     assert [alarm.code for alarm in robot.container.alarms.open()] == ["check_up_left"]
     assert (robot.machine.paused, robot.container.holds.current()) == (False, [])
     robot.asked.behave()

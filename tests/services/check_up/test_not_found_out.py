@@ -79,8 +79,7 @@ def test_one_mission_shows_neither_order_nor_pages(ignored):
 
 @pytest.mark.parametrize("ignored", ["sort_by", "limit", "offset"])
 def test_three_missions_show_what_is_ignored(ignored):
-    session = read(AskedRobot(history=3, ignores=frozenset({ignored})))
-    assert session.facts["ignores"] == {ignored}
+    assert read(AskedRobot(history=3, ignores=frozenset({ignored}))).facts["ignores"] == {ignored}
 
 
 @pytest.mark.parametrize(
@@ -112,8 +111,7 @@ def test_a_search_that_finds_nothing_is_none():
 def test_of_a_long_queue_in_the_other_order_the_newest_missions_are_looked_at():
     """The last page is another one than the first."""
     robot = AskedRobot(history=900, ignores=frozenset({"sort_by"}))
-    entries = read(robot).entries
-    assert max(entry["id"] for entry in entries) == 900
+    assert max(entry["id"] for entry in read(robot).entries) == 900
 
 
 # ---------------------------------------------------------------------- itself

@@ -47,35 +47,30 @@ CASES = list(itertools.product(sorted({*ODD} - {"gone"}), MEANT))  # reported as
     [case if number % 4 == 0 else pytest.param(*case, marks=pytest.mark.long) for number, case in enumerate(CASES)],
 )
 def test_odd_answers_make_a_report_and_leave_nothing(robot, odd, meant):
-    before = robot.as_it_is()
     robot.asked.gives(ODD[odd], lambda method, path: bool(robot.asked.writes) and MEANT[meant](method, path))
     report = robot.trial()
     topics = [each.topic for each in report.findings]
-    assert len(set(topics)) == len(topics), in_words(report)
-    assert Topic.LEFT in topics
+    assert (len(set(topics)), Topic.LEFT in topics) == (len(topics), True), in_words(report)
     if meant in ("orders", "everything"):
         assert any(each.topic.is_tried and each.level is not Level.GREEN for each in report.findings), in_words(report)
     robot.asked.behave()
     robot.clean_up()
-    assert robot.as_it_is() == before, in_words(report)
-    assert not robot.check_ups.left_behind()
+    robot.check_is_restored(in_words(report))
 
 
 def test_a_user_who_may_not_start_missions_is_a_red_finding(robot):
     robot.asked.gives(FORBIDDEN, MEANT["orders"])
-    report = robot.trial("Home")
-    assert says(report, Topic.ORDER) == (Level.RED, "User Distributor may not start missions")
+    assert says(robot.trial("Home"), Topic.ORDER) == (Level.RED, "User Distributor may not start missions")
 
 
 def test_a_user_who_may_not_make_missions_is_asked_to_choose_one(robot):
-    before = robot.as_it_is()
     robot.asked.gives(FORBIDDEN, lambda method, path: (method, path) == ("POST", "/missions"))
     report = robot.trial()
     assert says(report, Topic.ORDER) == (Level.AMBER, "User Distributor may not make a mission for the trial")
     assert not report.is_complete
     robot.asked.behave()
     robot.clean_up()
-    assert robot.as_it_is() == before
+    robot.check_is_restored()
 
 
 def test_a_user_who_may_not_pause_the_robot_learns_the_rest(robot):
@@ -105,8 +100,7 @@ def test_a_robot_on_which_priority_counts_is_known_to(robot):
     pending = queue.pending
     queue.pending = lambda: sorted(pending(), key=lambda item: (-item.priority, item.id))
     report = robot.trial()
-    assert report.profile.priority_counts is True
-    assert not_green(report) == SIMULATED, in_words(report)
+    assert (report.profile.priority_counts, not_green(report)) == (True, SIMULATED), in_words(report)
     assert says(report, Topic.PAUSE)[1] == "While it is paused, missions wait. The running one continues afterwards"
 
 
@@ -126,24 +120,19 @@ def test_a_mission_that_fails_is_a_red_finding(tmp_path, profile):
 
 
 def test_while_something_can_not_be_undone_it_is_reported_and_tried_again(robot):
-    before = robot.as_it_is()
     lost = ConnectionLost(address="10.0.0.1")
     robot.asked.gives(lost, lambda method, path: method == "GET" and path.endswith("/actions"))
-    report = robot.trial()
-    assert says(report, Topic.LEFT)[0] is Level.RED
-    assert list(robot.check_ups.left_behind()) == [robot.id]
-    robot.check_ups.put_back_all([robot.id])
-    assert list(robot.check_ups.left_behind()) == [robot.id]
+    assert says(robot.trial(), Topic.LEFT)[0] is Level.RED
+    robot.clean_up()
+    assert robot.check_ups.left_behind() == [robot.id]
     with pytest.raises(ValueError, match=r"^the last check-up has not been undone yet"):
         robot.trial()
     robot.asked.behave()
-    robot.check_ups.put_back_all([robot.id])
-    assert not robot.check_ups.left_behind()
-    assert robot.as_it_is() == before
+    robot.clean_up()
+    robot.check_is_restored()
 
 
 def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(robot):
-
     def die_when_released(method, path):
         if method == "PUT" and "PUT /status" in robot.asked.writes:
             robot.kill_at(0, is_handled=False)
@@ -169,9 +158,11 @@ def test_a_robot_that_others_use_since_is_not_released_by_what_is_done_late(robo
 def test_what_a_trial_showed_stays_known_when_the_robot_is_only_read(robot):
     tried = robot.trial().profile
     read = robot.check_ups.run(robot.id).profile
-    assert read.token_field == tried.token_field == "description"
-    assert read.cancelled_message == tried.cancelled_message
-    assert read.priority_counts is False
+    assert (read.token_field, read.cancelled_message, read.priority_counts) == (
+        "description",
+        tried.cancelled_message,
+        False,
+    )
     assert robot.container.catalogue.robot(robot.id).known == read
 
 
@@ -191,8 +182,7 @@ def test_what_a_robot_calls_things_has_bounds(robot):
 
     robot.asked.meddle = rename
     report = robot.trial()
-    assert report.is_complete
-    assert report.profile.token_field == ""
+    assert (report.is_complete, report.profile.token_field) == (True, "")
     assert max(map(len, report.profile.item_states)) <= 40
     assert len(report.profile.cancelled_message or "") <= 200
     robot.container.db.close()
@@ -203,8 +193,7 @@ def test_what_a_robot_calls_things_has_bounds(robot):
 
 def test_missions_without_times_are_reported(tmp_path):
     whole = AskedRobot().machine.order(MISSIONS[0].guid, {"guid": "", "name": ""}).full()
-    robot = CheckedRobot(tmp_path, fields={"item": frozenset(whole) - {"started", "finished"}})
-    report = robot.trial()
+    report = CheckedRobot(tmp_path, fields={"item": frozenset(whole) - {"started", "finished"}}).trial()
     assert says(report, Topic.WORDS)[1] == "A completed mission lacks its times: started, finished"
     assert report.is_complete
 
@@ -218,15 +207,13 @@ def test_one_word_for_several_states_is_not_learnt(tmp_path, states):
 
 def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     robot = CheckedRobot(tmp_path, deviant("reboots-under-load"))
-    robot.trial()
-    reboots = robot.machine.reboots
-    assert reboots == 1  # by the questions that are to show it
-    [rest] = [robot.container.catalogue.robot(robot.id).known.rest]
+    rest = robot.trial().profile.rest
+    assert robot.machine.reboots == 1  # by the questions that are to show it
     probe = RawClient(robot.asked.client(), robot.asked.clock)
     probe.spare(rest.requests, rest.seconds)
     for _ in range(200):
         assert probe.get("/missions").is_good
-    assert robot.machine.reboots == reboots
+    assert robot.machine.reboots == 1
 
 
 def test_on_a_slow_robot_the_plan_is_held_to_the_end(tmp_path):
@@ -246,6 +233,5 @@ def test_on_a_slow_robot_the_plan_is_held_to_the_end(tmp_path):
 def test_what_is_stored_of_short_pages_can_be_read_again(tmp_path, limit):
     robot = CheckedRobot(tmp_path, page_limit=limit)
     robot.trial()
-    known = robot.container.catalogue.robot(robot.id).known
-    assert known.page_limit == (limit if limit > 1 else None)
+    assert robot.container.catalogue.robot(robot.id).known.page_limit == (limit if limit > 1 else None)
     assert find_problem(robot.container.db.read()) is None

@@ -8,7 +8,7 @@ import pytest
 
 from app.domain.check_up import Level, Report, Topic
 from app.domain.message import render
-from tests.support.check_up_site import ENDED, CheckedRobot, Killed
+from tests.support.check_up_site import CheckedRobot, Killed
 from tests.support.findings import says
 
 MAYBE_THEIRS = "it is paused, and somebody may have paused it: press Resume there or in the app"
@@ -44,9 +44,12 @@ def is_in_pause(robot: CheckedRobot, number: int) -> bool:
     return robot.machine.paused and has_sent(robot, "PUT /status") == 2 * number - 1
 
 
+def check_is_paused_and_empty(robot: CheckedRobot) -> None:
+    assert (robot.machine.paused, robot.as_it_is()["open"]) == (True, [])
+
+
 def check_is_left_paused(robot: CheckedRobot, report: Report) -> None:
-    assert robot.machine.paused
-    assert all(str(item.state) in ENDED for item in robot.machine.queue)
+    check_is_paused_and_empty(robot)
     assert says(report, Topic.LEFT) == (Level.AMBER, "Nothing of the trial is left on it. It is paused")
     assert not report.is_complete
     robot.check_nothing_is_left()
@@ -151,8 +154,7 @@ def test_a_robot_that_somebody_released_is_not_paused_again(robot):
     report = robot.trial()
     assert says(report, Topic.PAUSE) == (Level.AMBER, "Somebody ended the pause of the trial")
     assert says(report, Topic.LEFT)[0] is Level.GREEN
-    assert robot.asked.writes.count("PUT /status") == 1
-    assert not robot.machine.paused
+    assert (has_sent(robot, "PUT /status"), robot.machine.paused) == (1, False)
 
 
 # ---------------------------------------------------------------------- in the app
@@ -175,8 +177,14 @@ def test_pause_pressed_in_the_app_while_it_is_undone_stays(robot):
 
 
 # ---------------------------------------------------------------------- after the app was killed
-def killed_in_pause(robot: CheckedRobot, pauses: int) -> None:
-    """In that of its pauses, with missions in its queue."""
+RAN, BOOTED = (lambda robot: robot.machine.resume()), (lambda robot: robot.machine.reboot(20))
+
+
+@pytest.mark.parametrize(
+    ("pauses", "happened"), [(1, RAN), (2, RAN), (1, BOOTED)], ids=["ran", "ran, second pause", "booted"]
+)
+def test_a_robot_that_was_paused_again_since_stays_paused(robot, pauses, happened):
+    """It stood in that of the trial's pauses, with missions in its queue, when the app was killed."""
 
     def die(_method, _path):
         if is_in_pause(robot, pauses) and has_sent(robot, "POST /mission_queue"):
@@ -186,33 +194,16 @@ def killed_in_pause(robot: CheckedRobot, pauses: int) -> None:
     robot.asked.before = die
     with pytest.raises(Killed):
         robot.trial("Home")
-    robot.machine.catch_up()
-    assert robot.machine.paused
+    assert robot.as_it_is()["is_paused"]
     robot.start_again()
-
-
-def check_is_said_until_it_is_released(robot: CheckedRobot) -> None:
-    assert render(robot.check_ups.put_back(robot.id)) == MAYBE_THEIRS
-    assert robot.machine.paused
-    assert all(str(item.state) in ENDED for item in robot.machine.queue)
-    assert [alarm.code for alarm in robot.container.alarms.open()] == ["check_up_left"]
-    assert robot.container.holds.current()
-    robot.machine.resume()  # by a person
-    assert robot.check_ups.put_back(robot.id) is None
-    assert not robot.container.holds.current()
-    assert not robot.check_ups.left_behind()
-
-
-RAN, BOOTED = (lambda robot: robot.machine.resume()), (lambda robot: robot.machine.reboot(20))
-
-
-@pytest.mark.parametrize(
-    ("pauses", "happened"), [(1, RAN), (2, RAN), (1, BOOTED)], ids=["ran", "ran, second pause", "booted"]
-)
-def test_a_robot_that_was_paused_again_since_stays_paused(robot, pauses, happened):
-    killed_in_pause(robot, pauses)
     happened(robot)
     robot.asked.clock.advance(120)
     robot.machine.catch_up()
     robot.machine.pause()
-    check_is_said_until_it_is_released(robot)
+    assert render(robot.check_ups.put_back(robot.id)) == MAYBE_THEIRS
+    check_is_paused_and_empty(robot)
+    assert [alarm.code for alarm in robot.container.alarms.open()] == ["check_up_left"]
+    assert robot.container.holds.current()
+    robot.machine.resume()  # by a person
+    assert robot.check_ups.put_back(robot.id) is None
+    robot.check_nothing_is_left()

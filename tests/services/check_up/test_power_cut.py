@@ -47,9 +47,7 @@ def cut_in_pause(site: Site, robot, off_for: float) -> None:
         check_ups_of(site).run(robot.id, Trial())
     site.network.interrupt = lambda where: None
     assert site.machines["R1"].paused
-    site.switch_off(cleanly=False)
-    site.clock.advance(off_for)
-    site.switch_on()
+    site.power_cut(off_for)
 
 
 @pytest.fixture
@@ -61,9 +59,7 @@ def due(site, plan, robot) -> None:
 
 def check_is_restored(site: Site, robot) -> None:
     assert check_ups_of(site).put_back(robot.id) is None
-    assert not site.machines["R1"].paused
-    assert not site.container.holds.current()
-    assert LEFT not in alarms(site)
+    assert (site.machines["R1"].paused, site.container.holds.current(), LEFT in alarms(site)) == (False, [], False)
 
 
 def queue_by_another(site: Site, robot) -> None:
@@ -112,8 +108,7 @@ def test_what_could_not_be_undone_at_the_end_holds_the_plan(site, robot, machine
             site.network.down.add("R1")
 
     site.network.interrupt = fail
-    report = check_ups_of(site).run(robot.id, Trial())
-    assert says(report, Topic.LEFT)[0] is Level.RED
+    assert says(check_ups_of(site).run(robot.id, Trial()), Topic.LEFT)[0] is Level.RED
     assert LEFT in alarms(site)
     [hold] = site.container.holds.current()
     assert (hold.robot_id, hold.until) == (robot.id, None)
@@ -173,7 +168,6 @@ def writes_of(directory) -> int:
 def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_restored(tmp_path):
     for number in range(1, writes_of(tmp_path / "whole") + 1):
         robot = CheckedRobot(tmp_path / str(number))
-        before = robot.as_it_is()
 
         def cut(done, robot=robot, number=number):
             if done == number:
@@ -184,12 +178,9 @@ def test_whenever_the_power_is_cut_after_a_transaction_the_robot_is_restored(tmp
         with pytest.raises(Killed):
             robot.trial()
         robot.start_again()
-        left = robot.check_ups.left_behind()
-        assert [hold.robot_id for hold in robot.container.holds.current()] == list(left), number
-        robot.check_ups.put_back_all(list(left))
-        assert robot.as_it_is() == before, number
-        assert not robot.check_ups.left_behind()
-        assert not robot.container.holds.current(), number
+        assert [hold.robot_id for hold in robot.container.holds.current()] == robot.check_ups.left_behind(), number
+        robot.clean_up()
+        robot.check_is_restored(number)
         robot.container.db.close()
 
 
@@ -204,13 +195,12 @@ def test_a_robot_removed_during_it_is_not_tried(tmp_path):
     robot.container.holds.hold = remove_first
     with pytest.raises(InvalidInput, match="removed"):
         robot.trial()
-    assert not robot.container.holds.current()
-    assert not robot.asked.writes
+    assert (robot.asked.writes, robot.container.holds.current()) == ([], [])
 
 
 def test_a_disk_that_is_full_at_the_end_holds_the_plan_until_it_is_noted(tmp_path):
     robot = CheckedRobot(tmp_path)
-    before, release = robot.as_it_is(), robot.container.holds.release
+    release = robot.container.holds.release
 
     def full(*args, **values):
         raise DatabaseUnavailable("full", path=tmp_path)
@@ -218,17 +208,15 @@ def test_a_disk_that_is_full_at_the_end_holds_the_plan_until_it_is_noted(tmp_pat
     robot.container.holds.release = full
     with pytest.raises(DatabaseUnavailable):
         robot.trial()
-    assert robot.as_it_is() == before
+    assert robot.as_it_is() == robot.before
     assert robot.container.holds.current()
     robot.container.holds.release = release
-    robot.check_ups.put_back_all([robot.id])
-    assert robot.as_it_is() == before
-    assert not robot.container.holds.current()
+    robot.clean_up()
+    robot.check_is_restored()
 
 
 def test_a_robot_removed_in_the_middle_and_restored_is_released_in_the_end(site, robot, machine):
     cut_in_pause(site, robot, 60)
-    removed = site.container.catalogue.remove_robot(robot.id)
-    site.container.catalogue.restore(removed)
+    site.container.catalogue.restore(site.container.catalogue.remove_robot(robot.id))
     assert site.container.holds.current()
     check_is_restored(site, robot)

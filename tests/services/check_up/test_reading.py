@@ -72,7 +72,6 @@ def test_a_slow_robot_is_reported_with_its_questions_and_their_time():
     took = (robot.clock.now() - began).total_seconds()
     [finding] = session.findings
     found = re.fullmatch(r"It answered (\d+) questions within (\d+) s", render(finding.says))
-    assert found is not None
     assert 2 <= int(found[1]) <= 5
     assert 10 <= int(found[2]) <= took < 30
 
@@ -111,8 +110,7 @@ def test_another_robot_of_the_list_with_its_serial_number_is_a_problem(tmp_path)
 
 
 def test_no_answer_takes_no_time(monkeypatch):
-    robot = AskedRobot()
-    session = robot.session()
+    session = AskedRobot().session()
     monkeypatch.setattr(session, "status", RobotStatus)  # at once
     monkeypatch.setattr(load_probes, "QUESTIONS", 3)
     session.add(Topic.LATENCY, latency(session))

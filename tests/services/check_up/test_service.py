@@ -31,9 +31,8 @@ def test_it_offers_the_missions_that_people_made(robot):
 
 
 def test_reading_changes_nothing_and_is_stored_and_reported(robot):
-    published = []
+    published, progress = [], []
     robot.container.changes.subscribe(lambda topic, _about: published.append(topic))
-    progress = []
     report = robot.check_ups.run(robot.id, on_progress=progress.append)
     assert robot.asked.writes == []
     assert robot.check_ups.report(robot.id) == report
@@ -78,13 +77,11 @@ def test_what_was_left_on_another_machine_is_not_looked_for_on_this_one(robot):
     robot.container.db.write(lambda c: c.execute("UPDATE robots SET serial_number = 'another'"))
     robot.machine.pause()
     assert robot.check_ups.put_back(robot.id) is None
-    assert robot.asked.requests == []
-    assert not robot.check_ups.left_behind()
+    assert (robot.asked.requests, robot.check_ups.left_behind()) == ([], [])
 
 
 def test_a_robot_is_asked_as_it_is_and_not_as_it_was_found_before(robot):
-    asked = []
-    make = robot.asked.client
+    asked, make = [], robot.asked.client
     robot.check_ups._make_client = lambda row: asked.append(row.profile) or make(row)
     robot.check_ups.run(robot.id)
     robot.check_ups.run(robot.id)

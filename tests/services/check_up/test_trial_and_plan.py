@@ -73,10 +73,7 @@ def test_the_reason_of_a_hold_is_said_in_the_language_of_the_screen(site, check_
             check_ups.run(robot.id, Trial())
         [hold] = site.container.holds.current()
         skipped = Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": "2026-11-23T12:00+00:00"})
-        return (
-            render(refused.value.message, _),
-            sentence(skipped, "UTC", _),
-        )
+        return render(refused.value.message, _), sentence(skipped, "UTC", _)
 
     site.container.holds.hold(HOLD, robot_id=robot.id)
     assert said() == (
@@ -140,8 +137,7 @@ def test_a_start_made_during_it_waits_and_completes(site, check_ups, robot, miss
             site.kick()
 
     assert check_ups.run(robot.id, Trial(), on_progress).is_complete
-    [row] = site.executions()
-    assert row.state is State.WAITING
+    assert site.the_row().state is State.WAITING
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
     assert [item.mission_id for item in site.machines["R1"].queue].count(mission.guid) == 1
     assert not site.container.alarms.open()
@@ -172,8 +168,7 @@ def test_a_trial_is_no_use_of_the_robot_by_anybody(site, check_ups, robot, had_i
 def test_a_start_that_may_still_arrive_is_not_taken_for_the_trials(site, check_ups, robot, mission):
     """On a robot that forgets descriptions, with the same mission."""
     site.network.forgets_descriptions = True
-    report = check_ups.run(robot.id, Trial("Deliver"))
-    assert report.is_complete
+    assert check_ups.run(robot.id, Trial("Deliver")).is_complete
     site.container.operator.run_now(robot.id, mission.id)
     site.kick()
     site.run_until(lambda: site.executions(State.COMPLETED), within=600)
@@ -183,13 +178,9 @@ def test_a_start_that_may_still_arrive_is_not_taken_for_the_trials(site, check_u
 def test_a_person_ends_it_and_the_robot_is_restored(site, check_ups, robot):
     report = check_ups.run(robot.id, Trial("Deliver"), is_wanted=lambda: len(site.network.submissions) < 3)
     machine = site.machines["R1"]
-    assert len(site.network.submissions) == 3
     assert [str(item.state) for item in machine.queue] == ["Aborted"] * 3
-    assert not machine.paused
-    assert not report.is_complete
-    assert not site.container.holds.current()
-    assert not check_ups.left_behind()
-    assert check_ups.report(robot.id) is None
+    assert (len(site.network.submissions), machine.paused, report.is_complete) == (3, False, False)
+    assert (site.container.holds.current(), check_ups.left_behind(), check_ups.report(robot.id)) == ([], [], None)
 
 
 # ---------------------------------------------------------------------- a person presses Pause in the app during it

@@ -252,8 +252,7 @@ def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(tmp_path, mo
 )
 def test_the_nights_in_which_helsinki_changes_its_clocks(tmp_path, begins, at):
     """03:30 does not exist in one, and comes twice in the other: once each, shifted and first."""
-    begun = datetime.fromisoformat(begins).replace(tzinfo=UTC)
-    s = Stage(tmp_path, "robot", 1, now=begun)
+    s = Stage(tmp_path, "robot", 1, now=datetime.fromisoformat(begins).replace(tzinfo=UTC))
     play(s, set_up(poll_interval_seconds=600), plan(rule="FREQ=DAILY", workdays=False))
     night = replace(
         s.schedule(), start=datetime.fromisoformat(begins).replace(hour=3, minute=30), timezone="Europe/Helsinki"

@@ -284,8 +284,8 @@ test_a_robot_edited = cases_of(
             [303, robot_pauses(), 357, states(EXECUTING, WAITING)],
             [299, hold(), 2, keep(), release(), 302, robot_pauses(), 57, states(WAITING, EXECUTING)],
         ),
-        [do(lambda s: s.noted.append([row.state for row in s.executions()])), edit(overlap=Overlap.SKIP)],
-        [delete(), undo(), true(lambda s: [row.state for row in s.executions()] == s.noted[-1])],
+        [do(lambda s: s.noted.append(s.states())), edit(overlap=Overlap.SKIP)],
+        [delete(), undo(), true(lambda s: s.states() == s.noted[-1])],
         stays_open=True,
     ),
 )

@@ -18,8 +18,7 @@ RUNS = [ONE_OF_TWO, plan(), 320, items("Executing")]
 
 def import_for_ever(s):
     values = {"name": "A", "robot": "R1", "mission": "Deliver", "start": "2026-11-23T06:05", "timezone": "UTC"}
-    schedules = [{**values, "recurrence": "FREQ=DAILY;UNTIL=99991231"}]
-    import_file(s.container.catalogue, schedules=schedules)
+    import_file(s.container.catalogue, schedules=[{**values, "recurrence": "FREQ=DAILY;UNTIL=99991231"}])
 
 
 @step
