@@ -38,6 +38,7 @@ from app.services.allocation.situation import (
 )
 
 AINO, SISU, VEIKKO = Member(1, "Aino"), Member(2, "Sisu"), Member(3, "Veikko")
+ROBOTS = (AINO, SISU, VEIKKO)
 ALL = (1, 2, 3)
 
 
@@ -49,7 +50,7 @@ def lasts(robot_id: int, mission: str, *, slow: bool = False) -> float:
     return 400.0 if slow else 300.0
 
 
-def situation(*starts: Start, robots=(AINO, SISU, VEIKKO), duration=lasts, planned=()) -> Situation:
+def situation(*starts: Start, robots=ROBOTS, duration=lasts, planned=()) -> Situation:
     return Situation({robot.id: robot for robot in robots}, starts, duration, planned)
 
 
@@ -152,18 +153,6 @@ def test_a_robot_that_failed_is_taken_after_those_that_are_free(times):
     ) == {1: SISU.id}
 
 
-def test_after_one_failure_a_start_does_not_wait_for_a_robot_that_has_just_begun():
-    assert assigned(start(1), start(2), start(3), robots=(failed(AINO), SISU, VEIKKO)) == {
-        1: SISU.id,
-        2: VEIKKO.id,
-        3: AINO.id,
-    }
-
-
-def test_failed_robots_are_chosen_by_fewest_failures():
-    assert assigned(start(), robots=(failed(AINO, 2), failed(SISU, 1))) == {1: SISU.id}
-
-
 def test_with_no_other_it_gets_every_start():
     assert assigned(start(), robots=(failed(AINO, 1000),)) == {1: AINO.id}
     assert assigned(start(), robots=(failed(AINO, 1000), replace(SISU, ineligible=Ineligible.HELD))) == {1: AINO.id}
@@ -192,18 +181,40 @@ def test_failures_are_no_other_reason_for_the_choice():
     assert (decision.robot_id, decision.advantage) == (SISU.id, Advantage.LESS_RUN)
 
 
-def test_an_assigned_start_counts_for_the_next_one():
-    assert assigned(start(1), start(2), start(3), start(4)) == {1: 1, 2: 2, 3: 3, 4: None}
-
-
-def test_starts_choose_by_priority_then_deadline_then_waiting_time():
-    starts = (
-        start(1, planned_s=-60),
-        start(2, planned_s=-50, finish_s=500.0),
-        start(3, priority=HIGH),
-        start(4, priority=LOW, planned_s=-900),
-    )
-    assert assigned(*starts) == {3: 1, 2: 2, 1: 3, 4: None}
+@pytest.mark.parametrize(
+    ("starts", "robots", "found"),
+    [
+        pytest.param([start(number) for number in (1, 2, 3, 4)], ROBOTS, [1, 2, 3, None], id="one each"),
+        pytest.param(
+            [
+                start(1, planned_s=-60),
+                start(2, planned_s=-50, finish_s=500.0),
+                start(3, priority=HIGH),
+                start(4, priority=LOW, planned_s=-900),
+            ],
+            ROBOTS,
+            [3, 2, 1, None],
+            id="by priority, then by the time to be done, then by waiting",
+        ),
+        pytest.param(
+            [start(number) for number in (1, 2, 3)],
+            (failed(AINO), SISU, VEIKKO),
+            [2, 3, 1],
+            id="after one failure no start waits for a robot that has just begun",
+        ),
+        pytest.param(
+            [start(1)], (failed(AINO, 2), failed(SISU, 1)), [2], id="of failed robots the one that failed least"
+        ),
+        pytest.param(
+            [start(1, at_once=True, members=(1, 2))],
+            (busy(AINO, 900.0), busy(SISU, 200.0)),
+            [2],
+            id="a group that hands over at once waits for no free robot",
+        ),
+    ],
+)
+def test_who_gets_which(starts, robots, found):
+    assert assigned(*starts, robots=robots) == dict(enumerate(found, 1))
 
 
 # ---------------------------------------------------------------------- who can't
@@ -261,12 +272,6 @@ def test_a_start_that_cannot_finish_in_time_is_not_begun():
     [decision] = choose(situation(start(finish_s=299.0)))
     assert (decision.robot_id, decision.too_late) == (None, True)
     assert assigned(start(finish_s=300.0)) == {1: 1}
-
-
-def test_a_group_that_hands_over_at_once_waits_for_no_free_robot():
-    assert assigned(replace(start(at_once=True), members=(1, 2)), robots=(busy(AINO, 900.0), busy(SISU, 200.0))) == {
-        1: SISU.id
-    }
 
 
 def test_robots_are_kept_free_for_what_matters_more():

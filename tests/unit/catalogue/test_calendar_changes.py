@@ -15,8 +15,8 @@ from app.services.catalogue import validation
 from app.services.catalogue.pausing import Pausing
 from app.services.live.changes import Topic
 from tests.support.edits import add_days, skip_next
+from tests.support.errors import refuses
 from tests.support.site import Site
-from tests.unit.catalogue.world import refuses
 
 CALENDAR = CalendarRepository()
 TUESDAY = date(2026, 11, 24)

@@ -10,7 +10,8 @@ from app.domain.check_up import RobotProfile
 from app.domain.execution import ReasonCode, State
 from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Group, InvalidInput, Robot
 from tests.support.edits import switch_robot
-from tests.unit.catalogue.world import ROBOTS, refuses
+from tests.support.errors import refuses
+from tests.unit.catalogue.world import ROBOTS
 
 
 @pytest.fixture
@@ -25,13 +26,13 @@ def robot(world, fleet):
     return world.robot
 
 
+@pytest.fixture
+def any_robot(world, fleet):
+    return world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
+
+
 def the(world, robot):
     return ROBOTS.get(world.db.read(), robot.id)
-
-
-def test_a_robot_of_a_fleet_has_its_address_and_credentials(world, fleet, robot):
-    assert (robot.address, robot.token) == (fleet.address, fleet.token)
-    assert (robot.enabled, robot.needs_password) == (True, False)
 
 
 def test_the_password_of_fleet_enterprise_is_a_key(world):
@@ -147,16 +148,13 @@ def test_one_machine_may_be_reached_directly_and_through_a_fleet(world, fleet, r
     assert direct.serial_number == the(world, robot).serial_number
 
 
-def test_a_group_has_single_robots_of_a_fleet_or_any_of_it(world, fleet, robot):
-    any_robot = world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
-    direct = world.catalogue.robots()[0]
-    group = world.catalogue.save_group(Group("G", (direct.id, any_robot.id)))
+def test_a_group_has_single_robots_of_a_fleet_or_any_of_it(world, robot, any_robot):
+    group = world.catalogue.save_group(Group("G", (world.catalogue.robots()[0].id, any_robot.id)))
     with refuses("members", "single robots of Hall and any"):
         world.catalogue.save_group(replace(group, members=(*group.members, robot.id)))
 
 
-def test_a_removed_robot_does_not_come_back_into_a_group_with_any_of_its_fleet(world, fleet, robot):
-    any_robot = world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
+def test_a_removed_robot_does_not_come_back_into_a_group_with_any_of_its_fleet(world, robot, any_robot):
     group = world.catalogue.save_group(Group("G", (world.catalogue.robots()[0].id, robot.id)))
     removed = world.catalogue.remove_robot(robot.id)
     world.catalogue.save_group(replace(group, members=(any_robot.id,)))
@@ -171,8 +169,7 @@ def test_changes_of_a_fleet_are_in_the_log(world, fleet, caplog):
     assert fleet.token not in caplog.text
 
 
-def test_any_robot_of_a_fleet_has_no_idle_mission(world, fleet):
-    any_robot = world.catalogue.save_robot(Robot("Any of Hall", "", fleet=fleet, vehicle=ANY_VEHICLE))
+def test_any_robot_of_a_fleet_has_no_idle_mission(world, any_robot):
     with refuses("idle", "never idle"):
         world.catalogue.change_idle_rule(any_robot.id, mission_id=world.mission.id)
 

@@ -9,10 +9,11 @@ import pytest
 
 from app.database.robots import Hold, HoldRepository
 from app.domain.execution import ReasonCode, State
-from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot
+from app.domain.models import DayException, Group, IdleRule, Mission, Place, Robot
 from app.domain.robot import IdentifiedBy
 from tests.support.edits import switch_robot
-from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES, refuses
+from tests.support.errors import refuses
+from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES
 
 
 def test_a_password_becomes_the_token_and_is_kept_nowhere(world):
@@ -85,9 +86,8 @@ def test_switching_a_robot_off_cancels_what_waits_for_it_and_leaves_what_runs(wo
     ],
 )
 def test_an_invalid_robot_is_reported_at_its_field_and_changes_nothing(world, values, field):
-    with pytest.raises(InvalidInput) as caught:
+    with refuses(field):
         world.catalogue.save_robot(replace(world.robot, **values))
-    assert caught.value.field == field
     assert ROBOTS.all(world.db.read()) == [world.robot]
     assert world.announced == []
 

@@ -301,8 +301,7 @@ def test_schedules_without_a_name_are_numbered_and_found_again(tablet):
 
 # ---------------------------------------------------------------------- passwords
 def test_a_password_becomes_a_token_at_once_and_is_not_stored(full):
-    dump = full.everything()
-    assert "secret" not in dump
+    assert "secret" not in full.everything()
     assert full.robots["R1"].token is not None
     assert full.take(FULL) == []
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from app.domain.models import ANY_VEHICLE, FleetKind
-from tests.unit.catalogue.world import refuses
+from tests.support.errors import refuses
 
 FLEET = {"name": "Hall", "address": "10.0.0.50", "username": "user", "password": "secret"}
 ROBOT = {"name": "Bella", "fleet": "Hall", "vehicle": "7"}

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import datetime, timedelta
 
-import pytest
-
 from app.database.connection import Database
 from app.database.execution_history import ExecutionFilter, ExecutionHistory
 from app.database.executions import ExecutionRepository
@@ -14,7 +12,7 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.execution import Execution, ReasonCode, State, Trigger
-from app.domain.models import InvalidInput, Mission, Robot, Schedule
+from app.domain.models import Mission, Robot, Schedule
 from app.services.catalogue.catalogue import Catalogue
 from app.services.live.changes import Changes
 from tests.support.clock import VirtualClock
@@ -68,7 +66,3 @@ class World:
     def outcome(self, row: Execution) -> tuple[State, ReasonCode | None]:
         found = EXECUTIONS.get(self.db.read(), row.id)
         return found.state, found.reason.code if found.reason else None
-
-
-def refuses(field: str, problem: str):
-    return pytest.raises(InvalidInput, match=problem, check=lambda error: error.field == field)

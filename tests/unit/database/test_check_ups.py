@@ -75,9 +75,7 @@ def note(container, robot, **identity: str) -> None:
 
 
 def current(container, robot) -> Robot:
-    found = container.repositories.robots.get(container.db.read(), robot.id)
-    assert found is not None
-    return found
+    return container.repositories.robots.get(container.db.read(), robot.id)
 
 
 def put(container, robot, report=REPORT) -> None:

@@ -133,8 +133,7 @@ def test_a_migration_that_fails_changes_nothing(start):
 def test_steps_are_taken_one_after_another(path, start):
     start()
     steps = (*MIGRATIONS, ADD_A_TABLE, "INSERT INTO extra VALUES (7);")
-    db = start(migrations=steps)
-    assert db.read().execute("SELECT id FROM extra").fetchone()[0] == 7
+    assert start(migrations=steps).read().execute("SELECT id FROM extra").fetchone()[0] == 7
     assert len(list((path.parent / BACKUPS).iterdir())) == 2
 
 

@@ -189,8 +189,7 @@ def test_a_failing_write_undoes_only_itself(busy):
         put("broken", 1)(c)
         raise KeyError("broken")
 
-    works = [put("a", 1), broken, put("b", 2)]
-    outcomes = pile_up(busy, works)
+    outcomes = pile_up(busy, [put("a", 1), broken, put("b", 2)])
     assert [type(outcome) for outcome in outcomes] == [type(None), KeyError, type(None)]
     assert (stored(busy, "a"), stored(busy, "broken"), stored(busy, "b")) == (1, None, 2)
 

@@ -7,6 +7,7 @@ import pytest
 from app.domain.models import InvalidInput
 from app.domain.parameters import has_position_by_name, missing, values_for
 from app.domain.robot import MissionParameter
+from tests.support.errors import raises
 
 GUID = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 GOAL = MissionParameter(
@@ -77,9 +78,8 @@ def test_valid_values_are_sent_in_the_type_of_the_robot(name, given, sent):
     ],
 )
 def test_invalid_values_are_refused_with_mission_and_parameter(given, problem):
-    with pytest.raises(InvalidInput) as caught:
+    with raises(InvalidInput, field="parameters", text=problem):
         values_for("M", ALL, {"Goal": "Yard"} | given)
-    assert (caught.value.field, caught.value.text) == ("parameters", problem)
 
 
 def test_a_parameter_without_a_default_is_required():

@@ -289,8 +289,7 @@ def test_what_a_start_was_sent_to_may_be_a_robot_or_a_fleet(values):
 
 @pytest.mark.parametrize("wait", list(Wait))
 def test_every_wait_has_a_sentence(wait):
-    text = waiting_sentence(row(wait=wait), ZoneInfo("UTC"))
-    assert text[0] in string.ascii_uppercase
+    assert waiting_sentence(row(wait=wait), ZoneInfo("UTC"))[0] in string.ascii_uppercase
 
 
 def test_reasons_are_found_by_words_of_their_sentences_in_the_language_on_screen():

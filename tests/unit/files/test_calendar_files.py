@@ -176,14 +176,15 @@ def test_a_text_with_a_raw_line_end_spoils_nothing(text):
         assert [each.name for each in found.events] == ["Stop"]
 
 
-@pytest.mark.parametrize("text", ["Status: cancelled", "Duration: 3 hours"])
-def test_a_text_with_a_raw_line_end_is_no_property(text):
-    assert days_of("DTSTART;VALUE=DATE:20270705", "DESCRIPTION:Agenda", text) == ["2027-07-05"]
-
-
-@pytest.mark.parametrize("state", ["CANCELLED", "Cancelled", "cancelled"])
-def test_a_state_counts_in_any_letters(state):
-    assert days_of("DTSTART;VALUE=DATE:20270705", f"STATUS:{state}") == []
+@pytest.mark.parametrize(
+    ("lines", "days"),
+    [
+        *((["DESCRIPTION:Agenda", text], ["2027-07-05"]) for text in ("Status: cancelled", "Duration: 3 hours")),
+        *(([f"STATUS:{state}"], []) for state in ("CANCELLED", "Cancelled", "cancelled")),
+    ],
+)
+def test_a_text_with_a_raw_line_end_is_no_property_and_a_state_counts_in_any_letters(lines, days):
+    assert days_of("DTSTART;VALUE=DATE:20270705", *lines) == days
 
 
 @pytest.mark.parametrize(

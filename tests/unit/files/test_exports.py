@@ -217,8 +217,7 @@ def test_a_backup_in_capitals_is_listed_and_hidden_files_are_not_counted(files):
 
 
 def test_a_backup_goes_to_a_new_file_in_a_directory_that_exists(files, tmp_path):
-    made = files.back_up_to(str(tmp_path / "stick.db"))
-    files.check_backup(made.path)
+    files.check_backup(files.back_up_to(str(tmp_path / "stick.db")).path)
     assert refused(files, "back_up_to", tmp_path / "stick").endswith("exists already: choose another name")
     assert "there is no directory" in refused(files, "back_up_to", "/nowhere/a.db")
     assert files.backups() == []

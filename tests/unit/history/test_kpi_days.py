@@ -150,8 +150,7 @@ def test_a_long_period_is_the_sum_of_its_days(world, rows, start, end, robots):
     day = first.astimezone(HELSINKI).date()
     while midnight(day, HELSINKI) < last:
         bounds = max(first, midnight(day, HELSINKI)), min(last, midnight(day + timedelta(days=1), HELSINKI))
-        of_day = KpiFilter(*bounds, robots)
-        one = world.kpis.facts(of_day)
+        one = world.kpis.facts(KpiFilter(*bounds, robots))
         planned, ran, not_run = planned + one.planned, ran + one.ran, not_run + Counter(one.not_run)
         completed, failed, seconds = completed + one.completed, failed + one.failed, seconds + one.mission_s
         day += timedelta(days=1)

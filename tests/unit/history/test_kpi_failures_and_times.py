@@ -58,8 +58,7 @@ def test_a_message_is_reported_without_what_is_particular(message, kind):
 
 
 def test_rare_causes_are_summed_up_at_the_end():
-    counted = [("robot_aborted", name * 3, 10 - n) for n, name in enumerate("abcdefgh")]
-    found = causes(counted)
+    found = causes([("robot_aborted", name * 3, 10 - n) for n, name in enumerate("abcdefgh")])
     assert [cause.number for cause in found] == [10, 9, 8, 7, 6, 5, 4 + 3]
     assert found[-1].code is None
     assert found[-1].cumulative == 1.0

@@ -126,8 +126,7 @@ def test_a_second_copy_of_the_data_on_this_machine_is_a_copy(tmp_path):
 
 
 def test_data_whose_directory_was_renamed_or_restored_are_no_copy(tmp_path):
-    first = place(tmp_path / "first")
-    second = first.rename(tmp_path / "second")
+    second = place(tmp_path / "first").rename(tmp_path / "second")
     assert not is_copy(second)
     copytree(second, tmp_path / "kept")
     rmtree(second)

@@ -9,6 +9,7 @@ from app.domain.check_up import RobotProfile
 from app.domain.robot import QueueState
 from app.mir.classic_vehicle import ClassicVehicle
 from app.mir.enterprise_vehicle import EnterpriseVehicle
+from app.mir.errors import ConnectionLost, Delivery
 from app.mir.fleet_connection import FleetConnection
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
@@ -16,6 +17,7 @@ from mir_sim.fleets.base import SimulatedFleet
 from mir_sim.fleets.classic import ClassicFleet
 from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.knobs import ClassicKnobs, EnterpriseKnobs, changed
+from tests.support.errors import raises
 from tests.support.fleets import ADDRESS, KEY, TOKEN, MachineTransport
 from tests.unit.sim.asking import GUIDS
 
@@ -51,6 +53,14 @@ class Hall:
 
     def meets(self, kind: FaultKind, method: str = "POST", path: str = "") -> None:
         self.fleet.faults.add(Fault(kind, path or self.orders_at, method))
+
+    def lose(self, target: Any, kind: FaultKind) -> str:
+        """An order of Home, or the answer to it; returns its token."""
+        own = token()
+        self.meets(kind)
+        with raises(ConnectionLost, delivery=Delivery.UNKNOWN):
+            target.enqueue(GUIDS["Home"], description=own)
+        return own
 
     def run_until(self, target: Any, number: int, own: str, *states: QueueState) -> QueueState:
         ends = self.fleet.now + 600

@@ -15,7 +15,6 @@ from app.mir.classic_vehicle import VERIFIED_FOR, ClassicVehicle
 from app.mir.errors import (
     AnotherFleet,
     AnotherRobot,
-    ConnectionLost,
     Delivery,
     NotAMir,
     Rejected,
@@ -29,6 +28,7 @@ from app.mir.transport import Response
 from mir_sim import SimulatedRobot
 from mir_sim.faults import Fault, FaultKind
 from mir_sim.fleets.classic_orders import Shown
+from tests.support.errors import raises
 from tests.support.fleets import ADDRESS, TOKEN, MachineTransport
 from tests.unit.mir.halls import ClassicHall, token
 from tests.unit.sim.asking import GUIDS
@@ -65,9 +65,8 @@ def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_show
     hall.pass_time(2.0)
     with pytest.raises(VehicleUnavailable):
         aino.status()
-    with pytest.raises(VehicleUnavailable) as problem:
+    with raises(VehicleUnavailable, delivery=Delivery.NOT_SENT):
         aino.enqueue(GUIDS["Home"], description=token())
-    assert problem.value.delivery is Delivery.NOT_SENT
     assert hall.vehicle("2").status().state is RobotState.READY
 
 
@@ -75,9 +74,8 @@ def test_another_fleet_at_the_address_gets_no_order(hall: ClassicHall) -> None:
     aino = hall.vehicle(serial_number="0815")
     any_robot = hall.vehicle(ANY_VEHICLE, fleet_identity="another user")
     for target, kind in ((aino, AnotherRobot), (any_robot, AnotherFleet)):
-        with pytest.raises(kind) as problem:
+        with raises(kind, delivery=Delivery.NOT_SENT):
             target.enqueue(GUIDS["Home"], description=token())
-        assert problem.value.delivery is Delivery.NOT_SENT
     assert hall.vehicle().highest_queue_id() is None
 
 
@@ -113,9 +111,8 @@ def test_a_single_robot_is_no_fleet() -> None:
     robot = SimulatedRobot("Aino", battery=80.0, software="2.14.7")
     connection = FleetConnection(clock=lambda: robot.now)
     target = ClassicVehicle(ADDRESS, TOKEN, "1", connection=connection, transport=MachineTransport(robot, TOKEN))
-    with pytest.raises(NotAMir) as problem:
+    with raises(NotAMir, code="not_a_fleet"):
         target.status()
-    assert problem.value.code == "not_a_fleet"
 
 
 def test_the_fleets_robots_share_one_reading(hall: ClassicHall) -> None:
@@ -143,8 +140,7 @@ def test_the_fleet_lists_its_robots(robots: str) -> None:
 
 @pytest.mark.parametrize("knobs", [{"robots": "short"}, {"status": "list"}, {"search": 404}, {"answer": "whole"}])
 def test_fleets_that_answer_in_another_form(knobs: dict[str, Any]) -> None:
-    hall = ClassicHall(**knobs)
-    aino = hall.vehicle(profile=None)
+    aino = ClassicHall(**knobs).vehicle(profile=None)
     assert aino.status().robot_name == "Aino"
     number = aino.enqueue(GUIDS["Home"], description=token())
     assert [item.id for item in aino.open_items()] == [number] == [item.id for item in aino.items_after(0)]
@@ -194,8 +190,7 @@ def test_how_orders_are_found_is_what_the_check_up_has_seen(
 
 
 def test_without_descriptions_an_order_still_says_whose_it_is() -> None:
-    hall = ClassicHall(description="mission")
-    aino = hall.vehicle(profile=RobotProfile(None, None, token_field=""))
+    aino = ClassicHall(description="mission").vehicle(profile=RobotProfile(None, None, token_field=""))
     user = aino.identify().user_name
     aino.enqueue(GUIDS["Home"], description=token())
     (item,) = aino.items_after(0)
@@ -209,9 +204,7 @@ def test_a_waiting_order_is_found_before_the_fleet_shows_its_robot(monkeypatch: 
     monkeypatch.setattr(Shown, "full", lambda self: full(self) | {"robot_id": 0})
     hall = ClassicHall(description="mission")
     aino = hall.vehicle(profile=RobotProfile(None, None, token_field=""))
-    hall.meets(FaultKind.DROP_RESPONSE)
-    with pytest.raises(ConnectionLost):
-        aino.enqueue(GUIDS["Home"], description=token())
+    hall.lose(aino, FaultKind.DROP_RESPONSE)
     assert [item.mission_id for item in aino.items_after(0)] == [GUIDS["Home"]]
 
 
@@ -240,9 +233,8 @@ def test_an_order_that_is_another_ones_now_is_not_cancelled(field: str) -> None:
     if not field:
         (order,) = hall.fleet.book
         order.created_by = {**order.created_by, "guid": "another user", "name": "another user"}
-    with pytest.raises(Rejected) as refused:
+    with raises(Rejected, status=404):
         aino.cancel(number, token())
-    assert refused.value.status == 404
     aino.clear_queue({number: token()})
     assert f"DELETE /mission_scheduler/{number}" not in hall.transport.requests
 
@@ -274,13 +266,11 @@ def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(
     send = hall.transport.send
 
     def through_a_box(method: str, path: str, **options: Any) -> Response:
-        answer = send(method, path, **options)
-        return answer if method == "GET" else Response(470, body, {})
+        return send(method, path, **options) if method == "GET" else Response(470, body, {})
 
     hall.transport.send = through_a_box  # type: ignore[method-assign]
-    with pytest.raises(Rejected) as refused:
+    with raises(Rejected, delivery=delivery):
         hall.vehicle().enqueue(GUIDS["Home"], description=token())
-    assert refused.value.delivery is delivery
 
 
 def test_a_question_is_answered_through_the_fleet(hall: ClassicHall) -> None:

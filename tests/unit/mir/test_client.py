@@ -23,6 +23,7 @@ from app.mir.errors import (
     Unauthorized,
     Unreadable,
 )
+from tests.support.errors import raises
 from tests.unit.mir.answers import MAP, MISSION, STATUS, item
 from tests.unit.mir.conftest import TOKEN
 from tests.unit.mir.test_parse import png
@@ -35,9 +36,7 @@ def sent(responses: RequestsMock, number: int = -1) -> requests.PreparedRequest:
 
 
 def body(responses: RequestsMock, number: int = -1) -> Any:
-    raw = sent(responses, number).body
-    assert raw is not None
-    return json.loads(raw)
+    return json.loads(sent(responses, number).body)
 
 
 # ---------------------------------------------------------------------- who and how
@@ -47,7 +46,6 @@ def test_status(robot: RobotClient, responses: RequestsMock) -> None:
     )
     status = robot.status()
     assert (status.robot_name, status.state, status.software) == ("R1", RobotState.EXECUTING, "2.13.1.4")
-    assert status.date is not None
     assert status.date.isoformat() == "2023-12-07T10:54:31+00:00"
     assert 0 <= status.elapsed_s < 5
 
@@ -85,12 +83,27 @@ def test_a_robot_without_users_me_is_asked_for_its_queue(
             robot.identify()
 
 
-@pytest.mark.parametrize("status", [404, 405, 410])
-def test_something_without_the_interface_is_no_mir(robot: RobotClient, responses: RequestsMock, status: int) -> None:
-    responses.get(f"{API}/status", status=status, body="not here")
-    with pytest.raises(NotAMir) as refused:
+@pytest.mark.parametrize(
+    ("status", "text", "kind", "says"),
+    [
+        *((status, "not here", NotAMir, f"has no MiR interface .status {status}") for status in (404, 405, 410)),
+        *(
+            (200, text, NotAMir, "answers with a web page")
+            for text in ("<html><body>Sign in</body></html>", "\n <!DOCTYPE html>", "\ufeff<html>")
+        ),
+        *(
+            (200, text, Unreadable, "^robot.test gave an answer that can't be read: it ")
+            for text in ("", "noise", "{", "NaN", '{"state_id": NaN}', "[" * 100_000, '{"state_id": 3, "state_id": 4}')
+        ),
+    ],
+    ids=lambda value: value[:12] if isinstance(value, str) else None,
+)
+def test_what_answers_otherwise_is_no_mir_or_can_not_be_read(
+    robot: RobotClient, responses: RequestsMock, status: int, text: str, kind: type[Exception], says: str
+) -> None:
+    responses.get(f"{API}/status", status=status, body=text)
+    with pytest.raises(kind, match=says):
         robot.status()
-    assert refused.value.text == f"robot.test answers, but has no MiR interface (status {status})"
 
 
 # ---------------------------------------------------------------------- missions
@@ -204,9 +217,8 @@ def test_enqueue_omits_unset_fields(robot: RobotClient, responses: RequestsMock)
 def test_parameters_that_are_no_json_are_refused_before_anything_is_sent(
     robot: RobotClient, responses: RequestsMock, value: Any
 ) -> None:
-    with pytest.raises(Rejected) as refused:
+    with raises(Rejected, delivery=Delivery.REFUSED):
         robot.enqueue(MISSION, parameters={"x": value})
-    assert refused.value.delivery is Delivery.REFUSED
     assert len(responses.calls) == 0
 
 
@@ -238,17 +250,14 @@ def test_only_201_with_an_integer_id_is_accepted(
     robot: RobotClient, responses: RequestsMock, status: int, text: str
 ) -> None:
     responses.post(f"{API}/mission_queue", status=status, body=text)
-    with pytest.raises(RobotError) as failed:
+    with raises((Unreadable, NotAMir), delivery=Delivery.UNKNOWN):
         robot.enqueue(MISSION)
-    assert isinstance(failed.value, Unreadable | NotAMir)
-    assert failed.value.delivery is Delivery.UNKNOWN
 
 
 def test_an_unknown_queue_item(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(f"{API}/mission_queue/723", status=404, json={"error_code": "not_found", "error_human": "Not found"})
-    with pytest.raises(Rejected) as refused:
+    with raises(Rejected, status=404, reason="Not found"):
         robot.queue_item(723)
-    assert (refused.value.status, refused.value.reason) == (404, "Not found")
 
 
 # ---------------------------------------------------------------------- the robot
@@ -347,27 +356,8 @@ def test_every_status_of_failure(
 )
 def test_an_error_without_readable_words(robot: RobotClient, responses: RequestsMock, text: str) -> None:
     responses.post(f"{API}/mission_queue", status=400, body=text)
-    with pytest.raises(Rejected) as refused:
+    with raises(Rejected, text="robot.test refused (status 400)"):
         robot.enqueue(MISSION)
-    assert refused.value.text == "robot.test refused (status 400)"
-
-
-@pytest.mark.parametrize("text", ["<html><body>Sign in</body></html>", "\n <!DOCTYPE html>", "\ufeff<html>"])
-def test_a_web_page_is_no_mir(robot: RobotClient, responses: RequestsMock, text: str) -> None:
-    responses.get(f"{API}/status", body=text)
-    with pytest.raises(NotAMir) as refused:
-        robot.status()
-    assert refused.value.code == "web_page"
-
-
-@pytest.mark.parametrize(
-    "text", ["", "noise", "{", "NaN", '{"state_id": NaN}', "[" * 100_000, '{"state_id": 3, "state_id": 4}']
-)
-def test_an_unreadable_answer(robot: RobotClient, responses: RequestsMock, text: str) -> None:
-    responses.get(f"{API}/status", body=text)
-    with pytest.raises(Unreadable) as refused:
-        robot.status()
-    assert refused.value.text.startswith("robot.test gave an answer that can't be read: it ")
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import pytest
 
 from app.domain.models import InvalidInput
 from app.mir.credentials import Token, normalise_fingerprint
+from tests.support.errors import raises, refuses
 
 HEADER = (
     "Basic ZGlzdHJpYnV0b3I6NjJmMmYwZjFlZmYxMGQzMTUyYzk1ZjZmMDU5NjU3NmU0ODJiYjhlNDQ4MDY0MzNmNGNmOTI5NzkyODM0YjAxNA=="
@@ -69,9 +70,8 @@ def test_a_user_name_without_colon_is_needed(user: str) -> None:
     "header", ["Bearer abc", "Basic", "Basic !!", "Basic YWJj", "Basic ä", "Basic YTpi\r\nX: y", "nonsense"]
 )
 def test_a_damaged_stored_header_is_refused_without_showing_it(header: str) -> None:
-    with pytest.raises(InvalidInput) as refused:
+    with raises(InvalidInput, text="the stored credentials can't be read: enter the password again"):
         Token.from_header(header)
-    assert refused.value.text == "the stored credentials can't be read: enter the password again"
 
 
 def test_published_defaults_are_known() -> None:
@@ -98,6 +98,5 @@ def test_fingerprints_are_taken_as_people_copy_them(text: str) -> None:
 
 @pytest.mark.parametrize("text", ["", "ab" * 20, "ab" * 31 + "a", "xy" * 32, "ab" * 33])
 def test_a_text_that_is_no_sha256_fingerprint_is_refused(text: str) -> None:
-    with pytest.raises(InvalidInput) as refused:
+    with refuses("certificate_sha256"):
         normalise_fingerprint(text)
-    assert refused.value.field == "certificate_sha256"

@@ -120,8 +120,7 @@ def test_open_and_newer_items_are_found_on_any_robot(
     assert [(one.id, one.description) for one in found] == [
         (n, f"token {n}") for n in range(max(floor + 1, 5000), 5000 + len(everything))
     ]
-    highest = robot.highest_queue_id()
-    assert highest == max((entry["id"] for entry in everything), default=None)
+    assert robot.highest_queue_id() == max((entry["id"] for entry in everything), default=None)
 
 
 @pytest.mark.parametrize(
@@ -299,8 +298,7 @@ def test_an_item_that_appears_twice_while_paging_counts_once() -> None:
         return answer
 
     transport.send = send  # type: ignore[method-assign]
-    found = client(transport).items_after(100)
-    assert [one.id for one in found] == list(range(101, 451))
+    assert [one.id for one in client(transport).items_after(100)] == list(range(101, 451))
     assert len(transport.requests) == 3
     assert mission_queue.PAGE == 200
 

@@ -11,6 +11,7 @@ from app.domain.robot import MissionActions, MissionParameter, Pose, QueueState,
 from app.mir import parse
 from app.mir.errors import NotAMir, Unreadable
 from app.mir.parameters import MOST_STOPS, actions, from_actions, from_definition
+from tests.support.errors import raises
 from tests.unit.mir.answers import STATUS, item, short
 
 
@@ -228,9 +229,8 @@ def test_errors_and_prompt_with_their_templates() -> None:
 
 @pytest.mark.parametrize("value", [None, [], {}, "x", 5, [STATUS], {"robot_name": "R1"}, {"error": "no"}])
 def test_an_answer_that_is_no_status_is_no_mir(value: Any) -> None:
-    with pytest.raises(NotAMir) as refused:
+    with raises(NotAMir, code="no_status"):
         parse.status(value)
-    assert refused.value.code == "no_status"
 
 
 # ---------------------------------------------------------------------- queue
@@ -247,8 +247,6 @@ def test_a_recorded_queue_item() -> None:
     assert (found.id, found.state, found.state_text) == (723, QueueState.EXECUTING, "Executing")
     assert (found.message, found.description, found.priority) == ("At A", "token", 4)
     assert found.parameters == ({"input_name": "n", "value": 1},)
-    assert found.finished is not None
-    assert found.started is not None
     assert (found.finished - found.started).total_seconds() == 60
     assert (found.created_by_name, found.state.is_open, found.is_pending) == ("Administrator", True, False)
 

@@ -9,8 +9,9 @@ import pytest
 
 from app.domain.models import ANY_VEHICLE
 from app.domain.robot import QueueState, RobotState
-from app.mir.errors import ConnectionLost, Delivery, VehicleUnavailable
+from app.mir.errors import VehicleUnavailable
 from mir_sim.faults import FaultKind
+from tests.support.errors import raises
 from tests.unit.mir.halls import ClassicHall, EnterpriseHall, Hall, token
 from tests.unit.sim.asking import GUIDS
 
@@ -47,13 +48,10 @@ def test_an_order_is_followed_to_its_end(hall: Hall) -> None:
 @ANY
 @pytest.mark.parametrize("after", [0.0, 300.0], ids=["at once", "when it has ended"])
 def test_an_order_whose_answer_is_lost_is_found_by_its_token(hall: Hall, after: float) -> None:
-    aino, own = hall.vehicle(), token()
+    aino = hall.vehicle()
     hall.run_one(aino)
     floor = aino.highest_queue_id() or 0
-    hall.meets(FaultKind.DROP_RESPONSE)
-    with pytest.raises(ConnectionLost) as lost:
-        aino.enqueue(GUIDS["Home"], description=own)
-    assert lost.value.delivery is Delivery.UNKNOWN
+    own = hall.lose(aino, FaultKind.DROP_RESPONSE)
     hall.pass_time(after)
     (item,) = aino.items_after(floor, tokens=(own, token(), "no UUID"))
     assert item.description == own
@@ -99,6 +97,5 @@ def test_any_robot_is_chosen_by_the_fleet(hall: Hall) -> None:
 
 @BOTH
 def test_a_robot_that_the_fleet_does_not_have_any_more(hall: Hall) -> None:
-    with pytest.raises(VehicleUnavailable) as problem:
+    with raises(VehicleUnavailable, code="not_in_fleet"):
         hall.vehicle("77").status()
-    assert problem.value.code == "not_in_fleet"

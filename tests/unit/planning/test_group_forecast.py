@@ -260,8 +260,7 @@ def test_the_forecast_of_the_first_hour_is_the_same_however_far_it_reaches(plan)
 
 @pytest.mark.long
 def test_a_forecast_of_far_too_many_starts_is_cut_short():
-    crowd = [kits(number * 1.0, window=3600.0) for number in range(6000)]
-    assert 0 < len(forecast(crowd, site())) < 500
+    assert 0 < len(forecast([kits(number * 1.0, window=3600.0) for number in range(6000)], site())) < 500
 
 
 @pytest.mark.parametrize("window", [60.0, 901.1, 1e6 + 0.3])

@@ -16,8 +16,7 @@ from app.services.planning.durations import wilson
     ],
 )
 def test_the_interval_is_wilsons(successes, cases, low, high):
-    found = wilson(successes, cases)
-    assert found == (pytest.approx(low, abs=5e-5), pytest.approx(high, abs=5e-5))
+    assert wilson(successes, cases) == (pytest.approx(low, abs=5e-5), pytest.approx(high, abs=5e-5))
 
 
 def test_nothing_is_known_without_cases():

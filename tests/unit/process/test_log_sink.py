@@ -141,49 +141,47 @@ def test_a_full_file_is_followed_by_a_new_one_and_the_oldest_goes(tmp_path):
     assert is_private(*tmp_path.iterdir())
 
 
-def test_older_files_stay_while_no_new_one_can_be_opened(tmp_path, monkeypatch):
+@pytest.fixture
+def full(tmp_path):
+    """A file that the next line would not fit into, beside an older one."""
     file = RotatingFile(tmp_path / "log", most=4, kept=2)
     (tmp_path / "log.1").write_bytes(b"older")
     file.write(b"full")
+    return file
+
+
+def contents(directory):
+    return {path.name: path.read_bytes() for path in directory.iterdir()}
+
+
+def test_older_files_stay_while_no_new_one_can_be_opened(full, tmp_path, monkeypatch):
     monkeypatch.setattr("app.process.log_file.os.open", refuse)
     for _line in range(5):
         with pytest.raises(OSError, match="No space"):
-            file.write(b"lost")
-    assert (tmp_path / "log.1").read_bytes() == b"full"
-    assert (tmp_path / "log.2").read_bytes() == b"older"
+            full.write(b"lost")
+    assert contents(tmp_path) == {"log.1": b"full", "log.2": b"older"}
 
 
-def test_a_file_that_can_not_be_renamed_is_written_on(tmp_path, monkeypatch):
-    file = RotatingFile(tmp_path / "log", most=4, kept=2)
-    (tmp_path / "log.1").write_bytes(b"older")
-    file.write(b"full")
+def test_a_file_that_can_not_be_renamed_is_written_on(full, tmp_path, monkeypatch):
     monkeypatch.setattr("app.process.log_file.os.replace", refuse)
     for _line in range(5):
-        file.write(b"+")
-    assert (tmp_path / "log").read_bytes() == b"full+++++"
-    assert (tmp_path / "log.1").read_bytes() == b"older"
+        full.write(b"+")
+    assert contents(tmp_path) == {"log": b"full+++++", "log.1": b"older"}
 
 
-def test_nothing_is_lost_while_an_older_file_is_open_on_windows(tmp_path, monkeypatch):
+def test_nothing_is_lost_while_an_older_file_is_open_on_windows(full, tmp_path, monkeypatch):
     def replace_unless_open(old: Path, new: Path) -> None:
         if "log.1" in (old.name, new.name):
             raise PermissionError(errno.EACCES, "used by another process")
         old.rename(new)
 
-    file = RotatingFile(tmp_path / "log", most=4, kept=2)
-    (tmp_path / "log.1").write_bytes(b"older")
-    file.write(b"full")
     with monkeypatch.context() as patch:
         patch.setattr("app.process.log_file.os.replace", replace_unless_open)
-        file.write(b"+")
-        file.write(b"+")
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"log": b"full++", "log.1": b"older"}
-    file.write(b"next")
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
-        "log": b"next",
-        "log.1": b"full++",
-        "log.2": b"older",
-    }
+        full.write(b"+")
+        full.write(b"+")
+    assert contents(tmp_path) == {"log": b"full++", "log.1": b"older"}
+    full.write(b"next")
+    assert contents(tmp_path) == {"log": b"next", "log.1": b"full++", "log.2": b"older"}
 
 
 def refuse(*_arguments: object) -> int:

@@ -43,11 +43,6 @@ def hears(listening: socket.socket) -> str:
     return listening.recv(100).decode()
 
 
-def test_a_message_arrives_as_one_datagram(systemd):
-    notify("READY=1")
-    assert hears(systemd) == "READY=1"
-
-
 def test_a_socket_without_a_file_has_a_name_with_an_at_sign(monkeypatch):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
         listening.bind(f"\0amr-scheduler-{os.getpid()}")
@@ -185,29 +180,31 @@ def container(tmp_path):
     container.close()
 
 
-def test_a_stuck_engine_ends_the_progress(container):
-    stuck, goes_on = threading.Event(), threading.Event()
+@pytest.fixture
+def progress(container):
+    """Of an engine that works."""
     progress = Progress(container)
+    container.runner.start()
+    wait_for(progress.is_made)
+    return progress
+
+
+def test_a_stuck_engine_ends_the_progress(container, progress):
+    stuck, goes_on = threading.Event(), threading.Event()
 
     def hang() -> None:
         if stuck.is_set():
             goes_on.wait()
 
     container.engine.add_chore("Hanging", hang)
-    container.runner.start()
-    wait_for(progress.is_made, what="progress of an engine that works")
     stuck.set()
     wait_for(lambda: not progress.is_made(), what="its hanging")
-    assert not progress.is_made()
     goes_on.set()
     wait_for(progress.is_made, what="its going on")
 
 
-def test_a_stuck_writer_gives_no_answer(container):
+def test_a_stuck_writer_gives_no_answer(container, progress):
     stuck, goes_on = threading.Event(), threading.Event()
-    progress = Progress(container)
-    container.runner.start()
-    wait_for(progress.is_made)
 
     def hang(_connection: object) -> None:
         stuck.set()
@@ -220,18 +217,13 @@ def test_a_stuck_writer_gives_no_answer(container):
     asking = threading.Thread(target=lambda: answers.append(progress.is_made()))
     asking.start()
     asking.join(SILENCE)
-    assert asking.is_alive()
-    assert answers == []
+    assert (asking.is_alive(), answers) == (True, [])
     goes_on.set()
     asking.join(WITHIN)
     hanging.join(WITHIN)
     wait_for(progress.is_made, what="its going on")
 
 
-def test_a_closed_writer_makes_no_progress(container):
-    progress = Progress(container)
-    container.runner.start()
-    wait_for(progress.is_made)
+def test_a_closed_writer_makes_no_progress(container, progress):
     container.db.close()
     wait_for(lambda: not progress.is_made())
-    assert not progress.is_made()

@@ -111,8 +111,7 @@ def test_every_kind_of_png_looks_the_same(mode: str) -> None:
 def test_transparent_areas_were_never_seen() -> None:
     image = Image.new("RGBA", (100, 80), (0, 0, 0, 0))
     ImageDraw.Draw(image).rectangle((30, 30, 70, 50), fill=(255, 255, 255, 255), outline=(0, 0, 0, 255))
-    picture = picture_of(floor(image))
-    assert picture.shade[0] == UNSEEN
+    assert picture_of(floor(image)).shade[0] == UNSEEN
 
 
 def test_places_without_name_or_pose_or_outside_the_map_are_omitted() -> None:

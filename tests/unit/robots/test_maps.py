@@ -77,10 +77,7 @@ def test_after_a_restart_the_stored_map_is_shown_at_once_and_refreshed_a_minute_
     before = site.maps.learn(1, "m")
     maps = site.restarted()
     assert maps.known(1, "m") is None
-    kept = maps.learn(1, "m")
-    assert before is not None
-    assert kept is not None
-    assert kept.shade == before.shade
+    assert maps.learn(1, "m").shade == before.shade
     assert site.client.asked == ["m"]
     assert not maps.is_due(1, "m")
     site.clock.advance(ASK_EVERY)
@@ -175,9 +172,7 @@ def test_a_map_that_came_before_the_serial_number_is_found_after_it(site: Site) 
 def test_a_map_without_names_is_a_map(tmp_path: Path) -> None:
     site = Site(tmp_path)
     site.client = FakeClient(site.client.maps, positions=TimedOut(address="a", seconds="5"))
-    picture = site.maps.learn(1, "m")
-    assert picture is not None
-    assert picture.places == ()
+    assert site.maps.learn(1, "m").places == ()
 
 
 def test_a_robot_that_has_been_removed_has_no_map(site: Site) -> None:

@@ -30,7 +30,6 @@ class Asker:
 
     @property
     def robot(self) -> SimulatedRobot:
-        assert isinstance(self.machine, SimulatedRobot)
         return self.machine
 
     def pass_time(self, seconds: float) -> None:

@@ -81,8 +81,7 @@ def test_only_the_next_mission_fails(aino: Asker) -> None:
     second = aino.run_for(120, "Home")
     assert (aino.state_of(first), aino.state_of(second)) == ("Done", "Aborted")
     aino.put_status(clear_error=True, state_id=3)
-    third = aino.run_for(60, "Home")
-    assert aino.state_of(third) == "Done"
+    assert aino.state_of(aino.run_for(60, "Home")) == "Done"
 
 
 def test_an_error_lasts_until_its_cause_ended_and_the_client_has_cleared_it(aino: Asker) -> None:
@@ -229,10 +228,8 @@ def test_the_seconds_of_a_reboot_are_real_ones() -> None:
 # ---------------------------------------------------------------------- battery
 def test_standing_driving_and_charging_change_the_battery(aino: Asker) -> None:
     aino.pass_time(3600)
-    after_standing = aino.status()["battery_percentage"]
-    assert 75 < after_standing < 80
-    number = aino.order("Charge to 80 %")
-    aino.pass_until_done(number)
+    assert 75 < aino.status()["battery_percentage"] < 80
+    aino.pass_until_done(aino.order("Charge to 80 %"))
     assert aino.status()["battery_percentage"] == pytest.approx(80, abs=0.1)
 
 

@@ -17,12 +17,6 @@ def fleet() -> FleetAsker:
     return FleetAsker()
 
 
-def test_without_credentials_only_the_status_can_be_read(fleet: FleetAsker) -> None:
-    assert fleet.send("GET", "/status", headers={}).status == 200
-    refused = fleet.send("GET", PATH, headers={})
-    assert (refused.status, refused.json()["error_code"]) == (401, "unauthorized")
-
-
 def test_the_state_of_the_model_is_shown(fleet: FleetAsker) -> None:
     number = fleet.order(description="A 1")
     state = fleet.fleet.snapshot()

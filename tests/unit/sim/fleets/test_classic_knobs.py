@@ -88,11 +88,6 @@ def test_the_parameters_of_an_order(kind: str, of: type) -> None:
     assert shown in ({"data": [value]}, [value], None)
 
 
-@pytest.mark.parametrize("status", [200, 201, 404])
-def test_the_status_of_a_search(status: int) -> None:
-    assert FleetAsker(search=status).search("state", "=", "Done").status == status
-
-
 @pytest.mark.parametrize("status", [204, 404, 400])
 def test_the_status_of_deleting_what_has_ended(status: int) -> None:
     fleet = FleetAsker(delete_ended=status)
@@ -130,25 +125,27 @@ def test_the_order_of_robots_after_a_reboot(kind: str) -> None:
     assert [one["id"] for one in fleet.get("/robots")] == ([1, 2] if kind == "kept" else [2, 1])
 
 
-def test_the_status_may_be_a_list_of_one() -> None:
-    assert FleetAsker(status="list").status() == [FleetAsker().status()]
-
-
-def test_the_list_of_robots_may_be_short() -> None:
-    fleet = FleetAsker(robots="short")
-    assert fleet.get("/robots")[0] == {"id": 1, "url": "/v2.0.0/robots/1"}
-    assert "fleet_state" in FleetAsker().get("/robots")[0]
-
-
-def test_robots_may_have_no_serial_numbers() -> None:
-    assert FleetAsker(serial_numbers=False).vehicle()["serial_number"] == ""
-    assert FleetAsker().vehicle()["serial_number"] == FleetAsker().robots[0].serial_number
-
-
-def test_a_language_may_be_demanded() -> None:
-    fleet = FleetAsker(demands_language=True)
-    assert fleet.send("GET", "/status", headers={}).status == 400
-    assert fleet.send("GET", "/status", headers={"Accept-Language": "en_US"}).status == 200
+@pytest.mark.parametrize(
+    ("knobs", "ask", "shown"),
+    [
+        *(
+            ({"search": code}, lambda fleet: fleet.search("state", "=", "Done").status, code)
+            for code in (200, 201, 404)
+        ),
+        ({"status": "list"}, lambda fleet: fleet.status(), [FleetAsker().status()]),
+        ({"robots": "short"}, lambda fleet: fleet.get("/robots")[0], {"id": 1, "url": "/v2.0.0/robots/1"}),
+        ({"serial_numbers": False}, lambda fleet: fleet.vehicle()["serial_number"], ""),
+        ({"demands_language": True}, lambda fleet: fleet.send("GET", "/status", headers={}).status, 400),
+        (
+            {"demands_language": True},
+            lambda fleet: fleet.send("GET", "/status", headers={"Accept-Language": "en_US"}).status,
+            200,
+        ),
+    ],
+    ids=lambda value: str(value) if isinstance(value, dict) else "",
+)
+def test_an_answer_is_as_its_knob_says(knobs: dict[str, Any], ask: Any, shown: Any) -> None:
+    assert ask(FleetAsker(**knobs)) == shown
 
 
 def test_robots_are_sent_to_the_charger() -> None:

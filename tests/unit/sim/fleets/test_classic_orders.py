@@ -117,8 +117,7 @@ def test_what_can_not_be_ordered(fleet: FleetAsker, fields: dict[str, Any], says
 
 
 def test_0_means_any_robot(fleet: FleetAsker) -> None:
-    number = fleet.order(robot_id=0)
-    assert fleet.item(number)["robot_id"] == 0
+    assert fleet.item(fleet.order(robot_id=0))["robot_id"] == 0
     assert fleet.item(fleet.order(robot_id=2))["robot_id"] == 2
 
 

@@ -51,7 +51,6 @@ def test_an_unknown_robot_is_not_found(fleet: FleetAsker, key: str) -> None:
 def test_running_an_order_is_something_else_than_running_an_own_mission(fleet: FleetAsker) -> None:
     fleet.order(robot_id=1)
     user = fleet.fleet.site.table("/users").get("mirconst-guid-0000-0005-users0000000")
-    assert user is not None
     fleet.robots[1].order(GUIDS["Deliver"], user)
     fleet.pass_time(8)
     assert [one["fleet_state"] for one in fleet.get("/robots?whitelist=fleet_state")] == [15, 14]
@@ -80,8 +79,7 @@ def test_fleet_states(fleet: FleetAsker, happens: Any, state: int, text: str) ->
 def test_a_robot_that_charges_until_it_is_needed_takes_an_order(fleet: FleetAsker) -> None:
     charges = fleet.order("Return to charger", robot_id=1)
     fleet.pass_until(lambda: fleet.vehicle()["fleet_state"] == 12)
-    number = fleet.order("Home", robot_id=1)
-    fleet.pass_until_done(number)
+    fleet.pass_until_done(fleet.order("Home", robot_id=1))
     assert fleet.state_of(charges) == "Done"
 
 

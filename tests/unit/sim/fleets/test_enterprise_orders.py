@@ -79,8 +79,7 @@ def test_an_ended_order_is_not_found_once_it_is_forgotten() -> None:
 
 def test_an_accepted_order_comes_within_five_seconds_and_once() -> None:
     client = EnterpriseAsker(posted="accepted")
-    answers = [client.post() for _ in range(2)]
-    assert [(one.status, one.body) for one in answers] == [(202, b"")] * 2
+    assert [(one.status, one.body) for one in [client.post() for _ in range(2)]] == [(202, b"")] * 2
     assert client.send("GET", f"/serial-order/{uuid_of('one')}").status == 404
     client.pass_time(5)
     assert client.send("GET", f"/serial-order/{uuid_of('one')}").status == 200

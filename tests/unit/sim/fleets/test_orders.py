@@ -29,7 +29,6 @@ class Fleet(SimulatedFleet):
 
     def order(self, mission: str = "Home", robot: int | None = None, **fields: Any) -> Order:
         user = self.site.table("/users").get(DISTRIBUTOR)
-        assert user is not None
         if robot is not None:
             fields["wanted"] = self.vehicles[robot - 1]
         return self.book.submit(f"guid-{len(self.book)}", GUIDS[mission], user, self.now, **fields)
@@ -84,9 +83,7 @@ def test_a_robot_that_is_not_free_gets_nothing_until_it_is(fleet: Fleet, prevent
         case "pause":
             robot.pause()
         case "own mission":
-            user = fleet.site.table("/users").get(DISTRIBUTOR)
-            assert user is not None
-            robot.order(GUIDS["Home"], user)
+            robot.order(GUIDS["Home"], fleet.site.table("/users").get(DISTRIBUTOR))
         case "inactive":
             vehicle.is_active = False
         case "offline":
