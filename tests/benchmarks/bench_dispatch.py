@@ -118,7 +118,6 @@ def stub(scenario: Scenario, out: Path) -> Iterator[int]:
         text=True,
     )
     try:
-        assert process.stdout is not None
         yield int(process.stdout.readline().split()[1])
     finally:
         process.terminate()
@@ -143,8 +142,6 @@ def measure(engine: str, scenario: Scenario, seed: int) -> Figures:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
             )
-            assert process.stdin is not None
-            assert process.stdout is not None
             process.stdin.write(spec.write() + "\n")
             process.stdin.flush()
             due: dict[str, float] = json.loads(process.stdout.readline())["due"]

@@ -44,7 +44,6 @@ def hostile() -> tuple[subprocess.Popen[str], dict[str, str]]:
     process = subprocess.Popen(
         [sys.executable, "-m", "tests.benchmarks.hostile_robots"], stdout=subprocess.PIPE, text=True
     )
-    assert process.stdout is not None
     addresses = {}
     while (line := process.stdout.readline()) not in ("ready\n", ""):
         address_, fate = line.rstrip().split(" ", 1)

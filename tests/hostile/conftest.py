@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.container import Container
-from tests.hostile.capture import capture
+from tests.hostile.capture import Capture, capture
 from tests.hostile.credentials import Listen
 from tests.support.site import Site
 
@@ -18,6 +18,16 @@ from tests.support.site import Site
 def listen() -> Iterator[Listen]:
     with ExitStack() as stack:
         yield lambda *args, **settings: stack.enter_context(capture(*args, **settings))
+
+
+@pytest.fixture
+def machine(listen: Listen) -> Capture:
+    return listen()
+
+
+@pytest.fixture
+def thief(listen: Listen) -> Capture:
+    return listen()
 
 
 @pytest.fixture

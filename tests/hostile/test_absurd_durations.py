@@ -32,7 +32,6 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
         row = container.ledger.add(
             rules.one_off(Trigger.MANUAL, robot, mission, container.settings(), now, f"token {number}")
         )
-        assert row is not None
         container.db.write(
             lambda c, row=row, state=state: container.repositories.executions.change(  # type: ignore[misc]
                 c, row, (State.WAITING,), state=state, queue_id=row.id, submitted_at=now
@@ -49,7 +48,6 @@ def ran(container: Container, duration_s: float) -> tuple[Robot, Mission]:
 @pytest.mark.parametrize(("started", "finished"), CLOCKS)
 def test_its_durations_are_not_learned(container: Container, started: str, finished: str) -> None:
     duration = seconds_between(parse.instant(started), parse.instant(finished))
-    assert duration is not None
     assert duration > DAY_S
     robot, mission = ran(container, duration)
     draft = Schedule("D", robot.id, mission.id, datetime(2199, 1, 1, 6), "UTC", None)
@@ -60,9 +58,7 @@ def test_its_durations_are_not_learned(container: Container, started: str, finis
 @pytest.mark.parametrize("duration", [60.0, DAY_S])
 def test_a_run_of_a_day_counts(container: Container, duration: float) -> None:
     robot, mission = ran(container, duration)
-    expected = container.history.expected(robot.id, mission.guid)
-    assert expected is not None
-    assert expected.median_s == duration
+    assert container.history.expected(robot.id, mission.guid).median_s == duration
 
 
 def test_hundreds_of_such_runs_in_a_day_still_end(container: Container) -> None:
@@ -73,7 +69,6 @@ def test_hundreds_of_such_runs_in_a_day_still_end(container: Container) -> None:
         row = container.ledger.add(
             rules.one_off(Trigger.IDLE, robot, mission, container.settings(), datetime.now(UTC), f"t{number}")
         )
-        assert row is not None
         container.db.write(
             lambda c, row=row: container.repositories.executions.change(  # type: ignore[misc]
                 c, row, (State.WAITING,), state=State.EXECUTING, submitted_at=row.planned_at

@@ -23,6 +23,7 @@ from app.mir.errors import (
 )
 from tests.hostile.capture import Capture, Seen
 from tests.hostile.credentials import TOKEN, Listen
+from tests.support.errors import raises
 from tests.unit.mir.answers import MISSION
 
 
@@ -36,8 +37,8 @@ class TimedClient:
 
 
 @contextmanager
-def compared(machine: Capture) -> Iterator[tuple[Capture, TimedClient]]:
-    """A machine that has just shown the known serial number to this client."""
+def compared(machine: Capture) -> Iterator[TimedClient]:
+    """The machine has just shown the known serial number to this client."""
     timed = TimedClient(
         RobotClient(
             Address.parse(machine.url),
@@ -48,38 +49,32 @@ def compared(machine: Capture) -> Iterator[tuple[Capture, TimedClient]]:
         )
     )
     timed.client.status()
-    yield machine, timed
+    yield timed
     timed.client.close()
 
 
-Known = tuple[Capture, TimedClient]
-
-
 @pytest.fixture
-def known(listen: Listen) -> Iterator[Known]:
-    with compared(listen()) as found:
-        yield found
+def timed(machine: Capture) -> Iterator[TimedClient]:
+    with compared(machine) as timed:
+        yield timed
 
 
-def assert_refused(known: Known) -> None:
+def assert_refused(machine: Capture, timed: TimedClient) -> None:
     """It is asked for its serial number, and gets no credentials."""
-    machine, timed = known
     with pytest.raises(AnotherRobot):
         timed.client.missions()
     assert machine.credentials == []
 
 
-def test_within_ten_seconds_of_the_comparison_a_request_needs_no_other(known: Known) -> None:
-    machine, timed = known
+def test_within_ten_seconds_of_the_comparison_a_request_needs_no_other(machine: Capture, timed: TimedClient) -> None:
     timed.now = 9.9
     timed.client.missions()
     assert [one.path for one in machine.seen] == ["/status", "/missions"]
 
 
-def test_after_ten_seconds_the_serial_number_is_compared_again(known: Known) -> None:
-    machine, timed = known
+def test_after_ten_seconds_the_serial_number_is_compared_again(machine: Capture, timed: TimedClient) -> None:
     timed.now, machine.serial = 10.1, "B-2"
-    assert_refused(known)
+    assert_refused(machine, timed)
 
 
 @pytest.mark.parametrize(
@@ -87,8 +82,9 @@ def test_after_ten_seconds_the_serial_number_is_compared_again(known: Known) -> 
     [{"serial": "B-2"}, {"serial": None}, {"status_is_open": False}],
     ids=["another serial number", "no serial number", "no status without credentials"],
 )
-def test_a_comparison_that_fails_ends_the_one_before(known: Known, pretends: dict[str, Any]) -> None:
-    machine, timed = known
+def test_a_comparison_that_fails_ends_the_one_before(
+    machine: Capture, timed: TimedClient, pretends: dict[str, Any]
+) -> None:
     machine.pretend(pretends)
     for ask in (timed.client.status, timed.client.missions, lambda: timed.client.enqueue(MISSION)):
         with pytest.raises((AnotherRobot, SerialNumberHidden)):
@@ -96,14 +92,13 @@ def test_a_comparison_that_fails_ends_the_one_before(known: Known, pretends: dic
     assert machine.credentials == []
 
 
-def test_a_connection_that_breaks_ends_the_comparison(known: Known) -> None:
-    machine, timed = known
+def test_a_connection_that_breaks_ends_the_comparison(machine: Capture, timed: TimedClient) -> None:
     machine.breaks_at = "/mission_queue"
     with pytest.raises(ConnectionLost):
         timed.client.enqueue(MISSION)
     machine.serial = "B-2"
     machine.seen.clear()
-    assert_refused(known)
+    assert_refused(machine, timed)
 
 
 EVERY_METHOD = {
@@ -116,8 +111,9 @@ by_every_method = pytest.mark.parametrize("ask", EVERY_METHOD.values(), ids=EVER
 
 
 @by_every_method
-def test_a_robot_that_hung_up_is_compared_again_before_anything_else(known: Known, ask: Any) -> None:
-    machine, timed = known
+def test_a_robot_that_hung_up_is_compared_again_before_anything_else(
+    machine: Capture, timed: TimedClient, ask: Any
+) -> None:
     machine.hang_up()
     machine.serial = "B-2"
     for _ in range(2):
@@ -128,7 +124,8 @@ def test_a_robot_that_hung_up_is_compared_again_before_anything_else(known: Know
 
 @by_every_method
 def test_a_robot_that_closes_each_connection_is_trusted_for_two_seconds(listen: Listen, ask: Any) -> None:
-    with compared(listen(says_close=True)) as (machine, timed):
+    machine = listen(says_close=True)
+    with compared(machine) as timed:
         timed.now = 1.9
         ask(timed.client)
         assert [one.path for one in machine.seen].count("/status") == 1 + (machine.seen[-1].method == "PUT")
@@ -140,21 +137,21 @@ def test_a_robot_that_closes_each_connection_is_trusted_for_two_seconds(listen: 
 
 
 def test_a_connection_that_was_opened_later_proves_nothing_after_two_seconds(
-    known: Known,
+    machine: Capture,
+    timed: TimedClient,
 ) -> None:
-    machine, timed = known
     with pytest.raises(Rejected):
         timed.client.mission("unknown")  # the client ends a connection after an answer of failure
     timed.client.missions()
     timed.now, machine.serial = 2.1, "B-2"
     machine.seen.clear()
-    assert_refused(known)
+    assert_refused(machine, timed)
 
 
 def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_comparison_only(
-    known: Known,
+    machine: Capture,
+    timed: TimedClient,
 ) -> None:
-    machine, timed = known
     machine.breaks_at = "/missions"
     with pytest.raises(ConnectionLost):
         timed.client.missions()
@@ -167,8 +164,7 @@ def test_a_read_with_credentials_is_repeated_on_a_new_connection_after_a_compari
     assert [one.path for one in machine.seen] == ["/status", "/missions", "/status"]
 
 
-def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(known: Known) -> None:
-    machine, timed = known
+def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(machine: Capture, timed: TimedClient) -> None:
     answer = machine.answer
 
     def hang_up_in_between(one: Seen) -> tuple[int, Any]:
@@ -182,18 +178,15 @@ def test_a_robot_that_says_nothing_when_it_closes_can_still_be_read(known: Known
     assert [one.path for one in machine.seen] == ["/status", "/missions/of%20another%20shape"] * 2
 
 
-def test_a_machine_that_was_commanded_is_compared_as_well(known: Known) -> None:
-    machine, timed = known
+def test_a_machine_that_was_commanded_is_compared_as_well(machine: Capture, timed: TimedClient) -> None:
     machine.serial = "B-2"
-    with pytest.raises(AnotherRobot, match="that machine got the command") as error:
+    with raises(AnotherRobot, "that machine got the command", delivery=Delivery.UNKNOWN):
         timed.client.set_state(RobotState.READY)
-    assert error.value.delivery is Delivery.UNKNOWN
-    with pytest.raises(AnotherRobot, match="nothing was sent") as error:
+    with raises(AnotherRobot, "nothing was sent", delivery=Delivery.NOT_SENT):
         timed.client.set_state(RobotState.READY)
-    assert error.value.delivery is Delivery.NOT_SENT
     assert [one.method for one in machine.seen if one.authorization] == ["PUT"]
 
 
-def test_another_known_serial_number_ends_the_comparison(known: Known) -> None:
-    known[1].client.serial_number = "B-2"
-    assert_refused(known)
+def test_another_known_serial_number_ends_the_comparison(machine: Capture, timed: TimedClient) -> None:
+    timed.client.serial_number = "B-2"
+    assert_refused(machine, timed)

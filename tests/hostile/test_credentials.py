@@ -36,6 +36,7 @@ from tests.hostile.credentials import (
     stored,
 )
 from tests.integration.mir.servers import FIELD, pin_of
+from tests.support.errors import refuses
 
 # ---------------------------------------------------------------------- what a token belongs to
 CHANGES: dict[str, Callable[[Robot, Capture], Robot]] = {
@@ -51,21 +52,18 @@ changed_anyhow = pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES
 
 @changed_anyhow
 def test_testing_a_changed_connection_asks_for_the_password_and_sends_nothing(
-    container: Container, listen: Listen, change: Any
+    container: Container, machine: Capture, thief: Capture, change: Any
 ) -> None:
-    machine, thief = listen(), listen()
     robot = add(container, machine.url, serial_number="A-1")
-    with pytest.raises(InvalidInput, match="enter the password") as refused:
+    with refuses("password", "enter the password"):
         container.operator.test_connection(change(robot, thief))
-    assert refused.value.field == "password"
     assert machine.seen == thief.seen == []
 
 
 @changed_anyhow
 def test_a_changed_robot_needs_its_password_before_anything_is_sent(
-    container: Container, listen: Listen, change: Any
+    container: Container, machine: Capture, thief: Capture, change: Any
 ) -> None:
-    machine, thief = listen(), listen()
     robot = add(container, machine.url, serial_number="A-1")
     container.catalogue.save_robot(change(robot, thief))
     assert_needs_password(container)
@@ -80,10 +78,8 @@ def test_a_changed_robot_needs_its_password_before_anything_is_sent(
 
 
 @pytest.mark.parametrize("key", ["host", "port", "scheme", "user", "pin"])
-def test_an_imported_change_keeps_no_token(container: Container, listen: Listen, key: str) -> None:
-    machine, thief = listen(), listen()
-    robot = add(container, machine.url, serial_number="A-1")
-    changed = CHANGES[key](robot, thief)
+def test_an_imported_change_keeps_no_token(container: Container, machine: Capture, thief: Capture, key: str) -> None:
+    changed = CHANGES[key](add(container, machine.url, serial_number="A-1"), thief)
     pin = {"certificate_sha256": changed.certificate_sha256} if changed.certificate_sha256 else {}
     lines = import_robot(container, address=changed.address, username=changed.username, **pin)
     assert "needs a password" in str(lines)
@@ -124,9 +120,8 @@ def test_an_import_with_a_password_says_that_encryption_ends(container: Containe
 
 # ---------------------------------------------------------------------- who answers, before it gets the credentials
 def test_the_status_is_asked_for_without_credentials_and_all_else_after_it(
-    container: Container, listen: Listen
+    container: Container, machine: Capture
 ) -> None:
-    machine = listen()
     add(container, machine.url)
     poll(container)
     assert (connection(container), stored(container).serial_number) == (Connection.CONNECTED, "A-1")
@@ -137,8 +132,7 @@ def test_the_status_is_asked_for_without_credentials_and_all_else_after_it(
     assert machine.seen[0].path == "/status"
 
 
-def test_a_poll_of_a_known_robot_costs_one_status(container: Container, listen: Listen) -> None:
-    machine = listen()
+def test_a_poll_of_a_known_robot_costs_one_status(container: Container, machine: Capture) -> None:
     add(container, machine.url)
     poll(container)
     worker = container.make_worker(stored(container))
@@ -160,9 +154,8 @@ def test_a_poll_of_a_known_robot_costs_one_status(container: Container, listen: 
     ids=["another serial number", "no serial number", "no status without credentials"],
 )
 def test_a_machine_that_does_not_show_the_known_serial_number_gets_nothing(
-    container: Container, listen: Listen, pretends: dict[str, Any], code: str
+    container: Container, machine: Capture, pretends: dict[str, Any], code: str
 ) -> None:
-    machine = listen()
     robot = add(container, machine.url)
     poll(container)
     machine.seen.clear()
@@ -188,8 +181,7 @@ def test_the_wrong_robot_is_an_alarm_and_fails_the_run(container: Container, lis
     assert machine.credentials == []
 
 
-def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(container: Container, listen: Listen) -> None:
-    machine = listen()
+def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(container: Container, machine: Capture) -> None:
     add(container, machine.url)
     worker = container.make_worker(stored(container))
     by_serial: dict[str, list[str]] = {}
@@ -205,9 +197,8 @@ def test_a_machine_that_replaces_a_robot_during_polling_gets_nothing(container: 
 
 
 def test_a_robot_edited_during_polling_gets_nothing_before_its_new_serial_number(
-    container: Container, listen: Listen
+    container: Container, machine: Capture
 ) -> None:
-    machine = listen()
     add(container, machine.url)
     worker = container.make_worker(stored(container))
     worker.advance()
@@ -246,9 +237,8 @@ def test_the_new_robot_is_taken_at_the_integrators_word_and_with_its_own_passwor
 )
 @pytest.mark.parametrize("is_known", [False, True])
 def test_facts_of_the_machine_before_an_edit_are_not_stored_for_the_new_one(
-    container: Container, listen: Listen, is_known: bool, change: dict[str, Any]
+    container: Container, machine: Capture, is_known: bool, change: dict[str, Any]
 ) -> None:
-    machine = listen()
     robot = add(container, machine.url, serial_number="A-1" if is_known else None)
     worker, answer = container.make_worker(robot), machine.answer
 

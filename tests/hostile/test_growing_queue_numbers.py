@@ -31,8 +31,7 @@ def test_numbers_that_are_there_every_other_time_are_asked_for_so_often_only():
     queue = Queue(lambda _number: next(answers))
     first = queue.reader.highest_id()
     assert queue.asked <= MOST_SINGLE_READS
-    second = queue.reader.highest_id()
-    assert first < second
+    assert first < queue.reader.highest_id()
 
 
 def test_a_queue_with_gaps_is_climbed_to_its_end_in_some_polls():

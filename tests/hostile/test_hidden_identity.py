@@ -19,8 +19,10 @@ from app.mir.errors import (
     SerialNumberHidden,
     Unauthorized,
 )
+from tests.hostile.capture import Capture
 from tests.hostile.credentials import PASSWORD, USER, Listen, add, connection, poll, run_now, stored
 from tests.integration.mir.servers import FIELD, PLANT, pin_of
+from tests.support.errors import raises
 
 hiding = pytest.mark.parametrize(
     "hides", [{"serial": None}, {"status_is_open": False}], ids=["no serial number", "no status"]
@@ -61,9 +63,8 @@ def test_a_wrong_password_shows_there_too(container: Container, listen: Listen) 
 @hiding
 @pytest.mark.parametrize("password", [None, PASSWORD], ids=["stored", "entered again"])
 def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_somebody_agreed(
-    container: Container, listen: Listen, hides: dict[str, Any], password: str | None
+    container: Container, machine: Capture, hides: dict[str, Any], password: str | None
 ) -> None:
-    machine = listen()
     add(container, machine.url)
     poll(container)
     machine.pretend(hides)
@@ -90,9 +91,8 @@ def test_credentials_go_to_a_machine_that_hides_the_serial_number_only_after_som
 
 @hiding
 def test_a_dialog_that_was_opened_before_the_robot_was_known_does_not_make_it_unknown(
-    container: Container, listen: Listen, hides: dict[str, Any]
+    container: Container, machine: Capture, hides: dict[str, Any]
 ) -> None:
-    machine = listen()
     in_dialog = add(container, machine.url)
     poll(container)
     known = stored(container)
@@ -139,8 +139,7 @@ def test_a_certificate_stands_for_a_serial_number_that_is_hidden(
 # ---------------------------------------------------------------------- certificates
 @pytest.mark.parametrize("is_open", [True, False])
 def test_a_pinned_certificate_is_the_proof(container: Container, listen: Listen, is_open: bool) -> None:
-    machine = listen(FIELD, status_is_open=is_open)
-    add(container, machine.url, certificate_sha256=pin_of(FIELD))
+    add(container, listen(FIELD, status_is_open=is_open).url, certificate_sha256=pin_of(FIELD))
     poll(container)
     assert (connection(container), stored(container).identified_by) == (Connection.CONNECTED, IdentifiedBy.CERTIFICATE)
 
@@ -163,9 +162,8 @@ def test_an_unknown_certificate_gets_no_request_and_its_fingerprint_can_be_compa
     container: Container, listen: Listen
 ) -> None:
     machine = listen(FIELD)
-    with pytest.raises(CertificateProblem) as refused:
+    with raises(CertificateProblem, code="certificate_untrusted"):
         container.operator.test_connection(Robot("Aino", machine.url, USER), PASSWORD)
-    assert refused.value.code == "certificate_untrusted"
     assert container.operator.presented_fingerprint(machine.url) == pin_of(FIELD)
     assert machine.seen == []
 

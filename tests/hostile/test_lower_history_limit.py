@@ -41,8 +41,9 @@ def kept(data: Path) -> int:
 def test_the_command_asks_for_yes(data):
     refused = run(data, "--import-config", file(data, 1))
     assert refused.returncode == 2
-    assert is_one_line(refused.stderr)
-    assert "keeping 1 deletes 29 runs of the history; to confirm that, add --yes; nothing was changed" in refused.stderr
+    assert is_one_line(
+        refused.stderr, "keeping 1 deletes 29 runs of the history; to confirm that, add --yes; nothing was changed"
+    )
     assert '"retry_limit": 10' in run(data, "--export-config", "-").stdout
     confirmed = run(data, "--import-config", file(data, 1), "--yes")
     assert (confirmed.returncode, confirmed.stderr) == (0, "")

@@ -26,6 +26,7 @@ from app.domain.robot import Pose
 from app.mir import parse
 from app.mir.errors import Unreadable
 from app.services.catalogue.database_check import find_problem
+from tests.support.errors import raises
 from tests.support.examples import first_of_each
 from tests.support.process import is_one_line, run
 
@@ -246,9 +247,8 @@ def test_nor_is_scheduled_with_a_database_that_has_one(sound, tmp_path, table, s
     database = spoilt(sound, tmp_path / "amr-scheduler.db", statement)
     good = spoilt(sound, tmp_path / "backups" / "daily-2026-11-22.db", "SELECT 1")
     spoilt(sound, tmp_path / "backups" / "daily-2026-11-23.db", statement)
-    with pytest.raises(DatabaseDamaged, match=f"its table {table} .*--restore-backup") as refused:
+    with raises(DatabaseDamaged, f"its table {table} .*--restore-backup", backup=good):
         Container.open(tmp_path)
-    assert refused.value.backup == good
     assert database.exists()
     backups.restore(good, database, NOW, find_problem)
     Container.open(tmp_path).close()

@@ -111,7 +111,6 @@ def test_what_is_required_of_a_file_its_defaults_and_ranges(key: str, kind: type
 
 def test_the_example_is_a_configuration() -> None:
     example = re.search(r"```json\n(.*?)```", PAGE, re.DOTALL)
-    assert example is not None
     read = document.read(example[1].encode())
     assert (len(read.robots), len(read.groups), len(read.places), len(read.missions), len(read.schedules)) == (
         1,

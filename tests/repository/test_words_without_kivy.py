@@ -15,6 +15,7 @@ MODULES = (
     "logs.view",
     "settings.view",
     "common.alarms_view",
+    "common.formats",
     "common.holding",
     "frame.view",
 )

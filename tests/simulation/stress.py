@@ -143,11 +143,9 @@ class Tablet:
         self._reader.start()
 
     def _read(self) -> None:
-        assert self.process.stderr is not None
         self.stderr += self.process.stderr
 
     def wait_ready(self) -> None:
-        assert self.process.stdout is not None
         line = self.process.stdout.readline()
         if line != "ready\n":
             self.end(kill=True)

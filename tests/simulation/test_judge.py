@@ -4,6 +4,7 @@ that has a row of its own, unless a person cancelled it."""
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from datetime import timedelta
 
 import pytest
@@ -25,18 +26,30 @@ PLACE = {"robots": 1, "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "
 LEFT_ALONE = next(mutant for mutant in twice.MUTANTS if mutant.name == "a second copy that waits is left alone")
 
 
+@pytest.fixture
+def quiet(tmp_path):
+    """Make a world in which nothing happens by itself."""
+    with ExitStack() as made:
+
+        def make(seed=1, profile=STILL, **place):
+            world = World(tmp_path, seed, profile.only(site=PLACE | place))
+            made.callback(lambda: world.site.container.db.close())
+            return world
+
+        yield make
+
+
 # ---------------------------------------------------------------------- a second copy
 @pytest.fixture
-def world(tmp_path):
+def world(quiet):
     """A second copy of the first start is about to come to its robot, which is paused."""
-    world = World(tmp_path, 1, STILL.only(site=PLACE))
+    world = quiet()
     world.site.network.next("POST", QUEUE, Fate.LATE, LANDS_AFTER)
     world.site.run_until(lambda: world.site.network.submissions, within=120)
     world.site.run(LANDS_AFTER - 10.0)
     assert [item.state for item in robot(world).queue] == [ItemState.DONE]
     robot(world).pause()
-    yield world
-    world.site.container.db.close()
+    return world
 
 
 def robot(world):
@@ -106,8 +119,8 @@ def test_a_copy_of_what_a_restored_backup_does_not_know_may_run(world):
 
 
 # ---------------------------------------------------------------------- a late start
-def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(quiet):
+    world = quiet(with_window=True)
     world.site.run(30.0)
     world.site.power_cut(WAITS_FOR)
     world.judge.came_back(away_since=30.0)
@@ -120,22 +133,20 @@ def test_a_late_start_that_a_person_lets_go_need_not_stay_on_the_list(tmp_path):
         world.site.run(2.0)
     assert len(world.site.network.submissions) == 1
     assert objections(world) == []
-    world.site.container.db.close()
 
 
-def test_a_start_is_on_time_though_the_clock_was_set_ahead_shortly_before(tmp_path):
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"poll_interval": 600}))
+def test_a_start_is_on_time_though_the_clock_was_set_ahead_shortly_before(quiet):
+    world = quiet(poll_interval=600)
     world.site.run(700.0)
     world.weather._step(400.0, 5.0)
     world.site.run(300.0)
     assert [round(post.at) for post in world.site.network.submissions] == [60, 21 * 60 - 400]
     assert objections(world) == []
-    world.site.container.db.close()
 
 
 # ---------------------------------------------------------------------- a restored start
-def test_a_restored_start_may_wait_for_a_robot_that_lost_its_queue(tmp_path):
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+def test_a_restored_start_may_wait_for_a_robot_that_lost_its_queue(quiet):
+    world = quiet(with_window=True)
     for _item in range(5):
         world.site.stranger_queues()
     world.site.run_until(lambda: world.site.container.history.open(), within=120)
@@ -154,20 +165,18 @@ def test_a_restored_start_may_wait_for_a_robot_that_lost_its_queue(tmp_path):
     world.diary.lost_items.clear()
     world.judge.all_is_well(660.0)
     assert any("liveness: open for" in each for each in world.findings.violations)
-    world.site.container.db.close()
 
 
 # ---------------------------------------------------------------------- an absence
 @pytest.fixture
-def absent(tmp_path):
+def absent(quiet):
     """By a clock that is ahead the next start is missed and the one after it waits, as its robot is out of reach."""
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"every_minutes": 5}))
+    world = quiet(every_minutes=5)
     world.site.run(130.0)
     world.site.network.down.add("R1")
     world.site.clock.step(600.0)
     world.site.run(90.0)
-    yield world
-    world.site.container.db.close()
+    return world
 
 
 def away_after_the_clock_was_set_back(world):
@@ -186,9 +195,9 @@ def test_a_cancelled_start_has_its_own_row_and_is_not_counted_as_missed(absent):
     assert (absent.findings.absences, absent.findings.violations) == (1, [])
 
 
-def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(tmp_path):
+def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(quiet):
     """It waited already, and a clock that was set back by the time of the absence does not show one."""
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+    world = quiet(with_window=True)
     world.site.network.down.add("R1")
     world.site.run(130.0)
     world.weather._step(-WAITS_FOR, 5.0)
@@ -198,23 +207,21 @@ def test_a_start_due_before_an_absence_and_once_more_in_it_needs_no_list(tmp_pat
     world.site.network.down.clear()
     world.site.run_until(lambda: world.site.network.submissions, within=60)
     assert objections(world) == []
-    world.site.container.db.close()
 
 
-def test_a_start_due_in_an_absence_and_once_more_after_it_is_not_late(tmp_path):
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": True}))
+def test_a_start_due_in_an_absence_and_once_more_after_it_is_not_late(quiet):
+    world = quiet(with_window=True)
     left_at = world.site.seconds()
     wait_while_the_app_is_off(world)
     world.weather._step(50.0 - WAITS_FOR, 5.0)
     world.judge.came_back(left_at)
     world.site.run_until(lambda: world.site.network.submissions, within=300)
     assert objections(world) == []
-    world.site.container.db.close()
 
 
-def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_back(tmp_path):
+def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_back(quiet):
     """By the clock that was set back it falls due after the day was closed."""
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": False}))
+    world = quiet(with_window=False)
     world.site.network.down.add("R1")
     world.site.run(130.0)
     world.person.do("day_off")
@@ -223,12 +230,11 @@ def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_ba
     world.site.network.down.clear()
     world.site.run_until(lambda: world.site.network.submissions, within=60)
     assert objections(world) == []
-    world.site.container.db.close()
 
 
-def test_a_start_that_had_passed_when_planned_runs_once_the_clock_was_set_back(tmp_path):
+def test_a_start_that_had_passed_when_planned_runs_once_the_clock_was_set_back(quiet):
     """That its robot was switched off did not stop it: it was no start yet."""
-    world = World(tmp_path, 1, STILL.only(site=PLACE | {"with_window": False}))
+    world = quiet(with_window=False)
     world.site.run(400.0)
     (plan,) = [each for each in world.diary.now.plans.values() if each.recurrence == "FREQ=MINUTELY;INTERVAL=20"]
     world.person._edit(plan, start=plan.start + timedelta(minutes=2))
@@ -238,7 +244,6 @@ def test_a_start_that_had_passed_when_planned_runs_once_the_clock_was_set_back(t
     world.weather._step(-800.0, 5.0)
     world.site.run_until(lambda: len(world.site.network.submissions) > count, within=600)
     assert objections(world) == []
-    world.site.container.db.close()
 
 
 def test_a_start_falls_due_when_the_clock_is_set_past_it_and_when_it_shows_that_time(absent):
@@ -248,8 +253,8 @@ def test_a_start_falls_due_when_the_clock_is_set_past_it_and_when_it_shows_that_
 
 
 @pytest.mark.long
-def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(tmp_path):
-    world = World(tmp_path, 3, STILL.with_groups().only(site=PLACE | {"robots": 3, "with_window": False}))
+def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(quiet):
+    world = quiet(3, STILL.with_groups(), robots=3, with_window=False)
     world.site.run(30.0)
     wait_while_the_app_is_off(world, 1200.0)
     world.judge.came_back(30.0)
@@ -259,7 +264,6 @@ def test_a_start_for_a_group_missed_before_the_clock_was_set_back_need_not_run(t
         world.site.run(300.0)
         world.judge.all_is_well(300.0)
     assert objections(world) == []
-    world.site.container.db.close()
 
 
 def test_a_missed_start_with_a_row_that_no_person_caused_is_an_error(absent):

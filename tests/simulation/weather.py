@@ -111,7 +111,6 @@ class Weather:
     def fleet_restarts(self) -> None:
         """Its robots continue; it remembers what waits."""
         fleet, lasts = self.world.site.fleet, self.rng.uniform(10, 300)
-        assert fleet is not None
         fleet.catch_up()
         fleet.restart(lasts * SPEED)
         for name in self.world.site.machines:
@@ -120,7 +119,6 @@ class Weather:
     def no_contact(self) -> None:
         """The fleet hears nothing of a robot, which continues."""
         fleet, name = self.world.site.fleet, self._name()
-        assert fleet is not None
         cut_off = {each.robot.name for each in fleet.vehicles if not each.has_contact}
         if name in cut_off:
             return

@@ -225,7 +225,6 @@ class Day:
         self.at(self.now + taken, self._end, robot)
 
     def _end(self, robot: Robot) -> None:
-        assert robot.running is not None
         mission, run = robot.running
         self.level(robot)
         robot.busy += self.now - robot.began

@@ -117,5 +117,4 @@ def test_a_cut_while_the_log_starts_again_over_itself_loses_nothing(tmp_path):
         copy.parent.mkdir()
         copy.write_bytes(file)
         _log(copy).write_bytes(logs[commit + 1][:cut] + logs[commit][cut:])
-        committed = len(_intents(copy))
-        assert WRITE_BACK_EVERY + commit <= committed <= WRITE_BACK_EVERY + commit + 1
+        assert WRITE_BACK_EVERY + commit <= len(_intents(copy)) <= WRITE_BACK_EVERY + commit + 1

@@ -28,17 +28,14 @@ def test_robots_of_a_fleet_are_found_and_take_missions(app, kind):
         url = served.above.url
         fleet = app.catalogue.save_fleet(Fleet("Hall", url, kind, "scheduler"), password=PASSWORDS[kind])
         either, *others = (found.vehicle for found in app.fleets.find(fleet.id))
-        assert [vehicle.name for vehicle in others] == [robot.name for robot in served.robots]
+        reached = [(robot.name, robot.url.removeprefix("http://")) for robot in served.robots]
+        assert [(vehicle.name, vehicle.ip) for vehicle in others] == reached
         robots = app.fleets.add(fleet.id, [either, others[1]])
         assert [robot.vehicle for robot in robots] == [ANY_VEHICLE, others[1].id]
         mission = app.catalogue.save_mission(Mission("Home", GUIDS["Home"]))
         wait_for(lambda: all(app.snapshots.get(each.id).connection is Connection.CONNECTED for each in robots))
         rows = [app.operator.run_now(robot.id, mission.id) for robot in robots]
-        wait_for(lambda: all(state_of(app, row.id) is State.COMPLETED for row in rows))
+        wait_for(lambda: all(app.history.get(row.id).state is State.COMPLETED for row in rows))
         first, second = (app.history.get(row.id) for row in rows)
         assert first.taken_by in {vehicle.name for vehicle in others}
         assert (second.taken_by, second.robot) == ("", others[1].name)
-
-
-def state_of(app, row_id):
-    return app.history.get(row_id).state

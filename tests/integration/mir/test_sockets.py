@@ -131,8 +131,7 @@ def test_a_broken_header_breaks_nothing(serve: Serve, connect: Connect) -> None:
 
 
 def test_ipv6_and_names_work_too(connect: Connect, serve: Serve) -> None:
-    server = serve()
-    assert connect(server, host="localhost").status().robot_name == "R1"
+    assert connect(serve(), host="localhost").status().robot_name == "R1"
 
 
 # ---------------------------------------------------------------------- never sent

@@ -101,8 +101,7 @@ def test_a_certificate_of_an_authority_that_the_system_trusts_is_taken(
     monkeypatch.setenv("SSL_CERT_FILE", str(CERTIFICATES / PLANT))
     server = serve(certificate=PLANT)
     for host in ("127.0.0.1", "localhost"):
-        robot = robot_at(server, None, host=host)
-        assert robot.status().robot_name == "R1"
+        assert robot_at(server, None, host=host).status().robot_name == "R1"
 
 
 def test_a_trusted_certificate_of_another_name_is_not(

@@ -27,7 +27,6 @@ def started(*arguments: str, robots: int = 1) -> Iterator[tuple[subprocess.Popen
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.stdout is not None
         try:
             yield process, [process.stdout.readline().split() for _ in range(robots)]
         finally:

@@ -12,32 +12,13 @@ import mir_sim
 from mir_sim.__main__ import main
 from tests.integration.sim.test_command import started
 from tests.support.process import wait_for
-from tests.unit.sim.asking import GUIDS, HEADERS
+from tests.unit.sim.asking import HEADERS
 
 BOUND = 60.0
 
 
-def test_an_order_is_run_by_a_robot_that_can_be_reached_at_its_address() -> None:
-    with mir_sim.serve(robots=2, fleet="classic", time_scale=100) as served:
-        assert served.above is not None
-        base = f"{served.above.url}/api/v2.0.0"
-        body = {"mission_id": GUIDS["Home"], "description": "A 1"}
-        answer = requests.post(f"{base}/mission_scheduler", json=body, headers=HEADERS, timeout=BOUND)
-        assert (answer.status_code, set(answer.json())) == (201, {"id", "state", "url"})
-        url = f"{base}/mission_scheduler/{answer.json()['id']}"
-
-        def order() -> dict[str, object]:
-            return requests.get(url, headers=HEADERS, timeout=BOUND).json()  # type: ignore[no-any-return]
-
-        wait_for(lambda: order()["state"] == "Done")
-        robot = requests.get(f"{base}/robots/{order()['robot_id']}", headers=HEADERS, timeout=BOUND).json()
-        queue = requests.get(f"http://{robot['ip']}/api/v2.0.0/mission_queue/1", headers=HEADERS, timeout=BOUND)
-        assert queue.json()["fleet_schedule_guid"] == order()["fleet_schedule_guid"]
-
-
 def test_a_fleet_that_restarts_refuses_connections_and_its_robots_do_not() -> None:
     with mir_sim.serve(robots=1, fleet="classic") as served:
-        assert served.above is not None
         served.above.control({"reboot_seconds": 3.0})  # long enough to be met
         url = f"{served.above.url}/api/v2.0.0/status"
 
@@ -61,7 +42,6 @@ def test_the_command_serves_a_fleet_before_its_robots(tmp_path: Path) -> None:
         assert requests.get(f"{url}/api/v2.0.0/status", timeout=BOUND).json()[0]["state"] == "normal"
         listed = requests.get(f"{url}/api/v2.0.0/mission_scheduler", headers=HEADERS, timeout=BOUND).json()
         assert [one["id"] for one in listed] == [3, 2, 1]
-        assert process.stdout is not None
         _ready, robot, address = process.stdout.readline().split()
         status = requests.get(f"{address}/api/v2.0.0/status", timeout=BOUND)
         assert (robot, status.headers["Robot-Version"]) == ("Aino", "2.14.7")
