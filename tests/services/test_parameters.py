@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.execution import State
 from app.domain.models import Mission
+from app.mir.errors import RobotError
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 
@@ -46,6 +47,19 @@ def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, 
     assert site.container.ledger.get(execution.id).state is State.COMPLETED
     (item,) = site.machines["R1"].queue
     assert item.parameters[0]["value"] == by_name["Line 1"]
+
+
+def test_a_robot_that_does_not_answer_needs_what_it_has_said_before(site, robot, mission):
+    site.network.down.add("R1")
+    site.run(10)
+    with pytest.raises(RobotError):
+        asked(site, robot)
+    site.network.down.clear()
+    site.run(600)
+    said = asked(site, robot)
+    site.network.down.add("R1")
+    site.run(600)
+    assert asked(site, robot) == said
 
 
 def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, mission):

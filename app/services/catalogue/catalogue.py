@@ -247,10 +247,7 @@ class Catalogue:
 
     def known_parameters(self, robot: Robot, guid: str) -> Sequence[MissionParameter] | None:
         """A mission's parameters, as reported by this robot or else another one."""
-        if self.parameters is None:
-            return None
-        known = self.parameters.known(robot.id, guid)
-        return known if known is not None else self.parameters.known_from_any(guid)
+        return None if self.parameters is None else self.parameters.known_from_any(robot.id, guid)
 
     # ------------------------------------------------------------------ groups and places
     def save_group(self, group: Group) -> Group:

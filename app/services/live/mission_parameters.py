@@ -73,8 +73,10 @@ class MissionParameters:
         """The robot's answer of any age; None: none."""
         return self._of(robot_id, guid).parameters
 
-    def known_from_any(self, guid: str) -> Sequence[MissionParameter] | None:
-        """As reported by any robot, without the positions, which differ between robots."""
+    def known_from_any(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
+        """The same or else another robot's, without the positions, which differ between robots."""
+        if (own := self.known(robot_id, guid)) is not None:
+            return own
         found = self._stored.of_any(self._db.read(), guid)
         return found and tuple(
             replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found

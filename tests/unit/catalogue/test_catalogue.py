@@ -351,7 +351,7 @@ def test_a_name_that_says_what_it_does_follows_a_change_of_the_robot(world):
 
 def test_a_changed_schedule_gets_no_parameters_that_its_robot_refuses(world):
     read, asked = world.schedule(), (MissionParameter("battery", choices=(("high", "High"),)),)
-    world.catalogue.parameters = SimpleNamespace(known=lambda _robot, _guid: asked)
+    world.catalogue.parameters = SimpleNamespace(known_from_any=lambda _robot, _guid: asked)
     with refuses("parameters", "low"):
         world.catalogue.change(read, replace(read, parameters={"battery": "low"}))
 
