@@ -11,13 +11,13 @@ from kivy.uix.boxlayout import BoxLayout
 from kivymd.uix.snackbar import MDSnackbar
 
 from app.widgets.events import Fires
+from app.widgets.places import places
 from app.widgets.rest import rest
 from app.widgets.surfaces import OnlySeen, Passive
 from app.widgets.text import line_width
 
 SECONDS = 4.0
 UNDO_SECONDS = 8.0
-SETTLES = 0.5  # s after one has replaced another, or covered a button, in which a touch was meant for that
 
 
 class Message:
@@ -89,16 +89,6 @@ class SnackbarStack(BoxLayout):
     bar = ObjectProperty(None, allownone=True, rebind=True)
     wide = BooleanProperty(False)
     low = BooleanProperty(False)
-    settles_at = 0.0
-
-    @property
-    def has_just_moved(self) -> bool:
-        """Whether one has just replaced something else: a touch there is not meant for it."""
-        return Clock.get_time() < self.settles_at
-
-    def on_touch_down(self, touch):
-        hit = [child for child in self.children if child.collide_point(*touch.pos)]
-        return any(self.has_just_moved or child.dispatch("on_touch_down", touch) for child in hit)
 
 
 class Snackbars:
@@ -164,7 +154,7 @@ class Snackbars:
             bar.opacity = 1  # KivyMD's begins at 0
             Window.add_widget(stack)  # on top of what was opened since
             stack.add_widget(bar)
-            stack.settles_at = Clock.get_time() + SETTLES if shown is not None or stack.wide or stack.low else 0.0
+            places.come(bar, among_others=shown is not None or stack.wide or stack.low)
             self._shown = newest, bar
             newest.begin(self._close)
         if self.stack is not None:
