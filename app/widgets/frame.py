@@ -27,12 +27,12 @@ from app.widgets.children import refill
 from app.widgets.dock import dock
 from app.widgets.events import Fires
 from app.widgets.menu import ESCAPE
-from app.widgets.rest import BY_ITSELF, from_next_frame, rest
+from app.widgets.places import places
+from app.widgets.rest import BY_ITSELF, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
 STILL = 5.0  # s without a touch, after which no hand is at work
 STILL_WITH_SHEET = 60.0  # the same while a sheet is open: somebody may be reading it
-SETTLES = 0.5  # s after another banner has come, in which a touch was meant for what was there before
 
 
 class TopBar(Fires, MDTopAppBar):
@@ -81,8 +81,23 @@ class Banner(Fires, TonedSurface):
     text = StringProperty()
     action = StringProperty()
     has_room = BooleanProperty(True)
+    about = ObjectProperty(None, allownone=True)  # what its button does
+    stands, still = True, BY_ITSELF
+    meaning = property(lambda self: self.about)
 
     __events__ = ("on_solve",)
+
+    def on_about(self, *_):
+        places.changed()
+
+    def on_has_room(self, *_):
+        """A tap on the page may be on its way."""
+        places.come(self, among_others=True)
+
+    def press(self):
+        """A second tap at once is the same."""
+        places.come(self, among_others=True)
+        self.dispatch("on_solve")
 
 
 class NavIndicator(Surface):
@@ -180,7 +195,7 @@ class Frame(Fires, Surface):
     __events__ = ("on_go", "on_solve")
 
     def __init__(self, **kwargs):
-        self._rests_until, self._touched_at, self._about = 0.0, -math.inf, None
+        self._touched_at = -math.inf
         self._when_still = Clock.create_trigger(self._make_room, 1, interval=True)
         super().__init__(**kwargs)
         self.ids.body.fbind("current_screen", self.setter("screen"))
@@ -188,43 +203,24 @@ class Frame(Fires, Surface):
     def on_floor(self, *_):
         dock.floor = self.floor
 
-    def on_banner(self, *_):
-        about = (self.banner.act, self.banner.about, self.banner.action) if self.banner else None
-        if self._about not in (None, about):
-            self._rest(SETTLES)
-        self._about = about
-        self._make_room()
-
     def _make_room(self, *_):
         """Or take it away; later where a hand is at work."""
         wanted = bool(self.banner and self.banner.text)
         seconds = STILL_WITH_SHEET if dock.has_sheet else STILL
         is_still = not finger.is_down() and Clock.get_time() - self._touched_at >= seconds
-        if is_still and self.has_banner != wanted:
+        if is_still:
             self.has_banner = wanted
-            self._rest(BY_ITSELF)
         if self.has_banner == wanted:
             self._when_still.cancel()
         else:
             self._when_still()
 
-    def _rest(self, seconds):
-        self._rests_until = math.inf
-
-        def count(now):
-            self._rests_until = now + seconds
-
-        from_next_frame(count)
+    on_banner = _make_room
 
     def on_current(self, *_):
         """Another screen is where the finger was."""
         rest.after_moving()
         self.has_banner = bool(self.banner and self.banner.text)
-
-    @property
-    def has_just_moved(self) -> bool:
-        """Whether a tap on the banner would not be meant for it."""
-        return rest.is_on or Clock.get_time() < self._rests_until
 
     def on_touch_down(self, touch):
         self._touched_at = Clock.get_time()
@@ -233,11 +229,6 @@ class Frame(Fires, Surface):
     def on_touch_up(self, touch):
         self._touched_at = Clock.get_time()
         return super().on_touch_up(touch)
-
-    def banner_pressed(self):
-        """By a key too, and by a finger that was put down before."""
-        if Clock.get_time() >= self._rests_until:
-            self.dispatch("on_solve")
 
     def add_widget(self, widget, *args, **kwargs):
         holder = self.ids.body if isinstance(widget, MDScreen) else super()

@@ -73,9 +73,6 @@ class Row:
     def on_key(self, *_):
         places.changed()
 
-    def on_touch_down(self, touch):
-        return places.misses(self, touch) or super().on_touch_down(touch)
-
     def on_release(self):
         self.act("open")
 

@@ -17,6 +17,7 @@ from app.widgets.around import around
 
 STILL = 0.5  # s a button has to stand where it is, unless it says how long it has to be ``still``
 COMES = 0.5  # s in which one that has come finds its place
+NOTHING = object()
 MEANT = "when a finger came down, and what stood there and its meaning"  # key of touch.ud
 
 
@@ -86,32 +87,31 @@ class Places:
         self._age += 1
 
     def is_another(self, widget, touch) -> bool:
-        """Whether that touch wasn't meant for ``widget``, or it or what it is in has become another one since."""
+        """Whether that touch wasn't meant for ``widget`` and what it is in, or one of them has become another since."""
         if MEANT not in touch.ud:
             return False
         age, meant = touch.ud[MEANT]
-        return (
-            age != self._age
-            or widget not in meant
-            or any(each in meant and meant[each] != _meaning(each) for each in around(widget))
-        )
+        return age != self._age or any(meant.get(each, NOTHING) != _meaning(each) for each in _standing(widget))
 
     def misses(self, widget, touch) -> bool:
         """Whether that touch is on ``widget``, but was meant for what stood there before."""
         return widget.collide_point(*touch.pos) and self.is_another(widget, touch)
 
     def _has_changed(self, button) -> bool:
+        if self._is_still(button):
+            return False
+        self._known[button].meaning = _meaning(button)
+        self._known[button].rest()  # longer for an impatient hand
+        return True
+
+    def _is_still(self, button) -> bool:
         """Also since the last frame."""
-        place, now = self._known.get(button), Clock.get_time()
-        if place is not None and (now < place.until or place.meaning != _meaning(button)):
-            place.meaning = _meaning(button)
-            place.rest()  # longer for an impatient hand
-            return True
-        return False
+        place = self._known.get(button)
+        return place is None or (Clock.get_time() >= place.until and place.meaning == _meaning(button))
 
     def has_just_moved(self, widget) -> bool:
-        place = self._known.get(widget.__self__)  # kv has only proxies
-        return place is not None and Clock.get_time() < place.until
+        """Or what it is in has, or means something else."""
+        return not all(map(self._is_still, around(widget.__self__)))  # kv has only proxies
 
     def _note(self, _dt):
         known = self._known
@@ -126,6 +126,10 @@ def _buttons():
             if getattr(widget, "stands", False):
                 yield widget
             waiting += widget.children
+
+
+def _standing(widget):
+    return (each for each in around(widget) if getattr(each, "stands", False))
 
 
 def _meaning(button):

@@ -20,6 +20,7 @@ from app.widgets.keyboard import DockedKeyboard
 from app.widgets.long_list import LongList, Seat
 from app.widgets.menu import Menu
 from app.widgets.month import MonthDay, MonthGrid
+from app.widgets.places import places
 from app.widgets.rest import rest
 from app.widgets.sheet import Finds, Sheet
 from app.widgets.surfaces import Passive
@@ -176,7 +177,11 @@ class KeyFocus:
             return key == TAB or self._key_in_search(key)
         if key not in PRESSES or isinstance(self.target, FieldInput) or self.target not in self.targets():
             return False
-        if self.target.state == "normal" and not getattr(self.target, "busy", False):
+        if (
+            not places.has_just_moved(self.target)
+            and self.target.state == "normal"
+            and not getattr(self.target, "busy", False)
+        ):
             self.target.trigger_action(0.1)
         return True
 

@@ -15,7 +15,6 @@ from app.screens.common import formats
 from app.screens.common.alarms_view import Act, alarm_text, bell, doubts_clock, is_over, is_shelved
 from app.screens.common.holding import HAND, about_hold, about_start
 from app.screens.common.mission_names import MissionNameLookup
-from app.screens.common.presses import DOUBLE_TAP
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Changed, Refresher
 from app.screens.frame.alarms import AlarmsModel
@@ -72,7 +71,6 @@ class FrameController:
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._show)
         self._late = LateStarts(services, shell, self._hold_starts, self._ask_to_release)
         self._zone_is_asked = False  # once, without having been pressed for
-        self._rests_until = 0.0  # the banner, after it was pressed
         self._release: list[Callable[[], object]] = []
 
     # ------------------------------------------------------------------ life
@@ -157,10 +155,7 @@ class FrameController:
 
     # ------------------------------------------------------------------ the banner
     def _press_banner(self, _frame: Frame) -> None:
-        """Whether its content has just changed under the finger: a second tap at once is ignored."""
-        if Clock.get_time() >= self._rests_until:
-            self._rests_until = Clock.get_time() + DOUBLE_TAP
-            self._do(self._frame.banner.act, self._frame.banner.about)
+        self._do(self._frame.banner.act, self._frame.banner.about)
 
     def _do(self, act: Act, about: Any) -> None:
         """Run an action of the banner or of an alarm."""

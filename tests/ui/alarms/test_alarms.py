@@ -13,9 +13,10 @@ from app.screens.frame import alarms as frame_alarms
 from app.screens.frame.alarms import AlarmsScreen, NoteSheet
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.fields import Field
-from app.widgets.frame import Banner, Frame, TopBar
+from app.widgets.frame import Banner, TopBar
 from app.widgets.list_row import ListRow
 from app.widgets.menu import Menu
+from app.widgets.places import places
 from tests.ui import checks
 from tests.ui.alarms.listed import fold, menu, open_list, press, row, silence, tab, wait_for_rows
 
@@ -129,7 +130,7 @@ def test_robots_that_fall_silent_together_share_one_row_that_lists_them(app, ala
 def test_the_banner_of_a_group_leads_to_its_robots(app, alarms, ui):
     app.shell.go("scheduler")
     silence(alarms, ui)
-    ui.wait(lambda: ui.find_all(Banner) and not ui.find(Frame).has_just_moved)
+    ui.wait(lambda: ui.find_all(Banner) and not places.has_just_moved(ui.find(Banner)))
     ui.tap(ui.find(CommandButton, ui.find(Banner), text="Show"))
     wait_for_rows(ui, 7)
 

@@ -9,13 +9,13 @@ from kivy.core.window import Window
 from app.domain.message import message
 from app.domain.models import Robot
 from app.screens.common.presses import DOUBLE_TAP
-from app.screens.frame import controller
 from app.screens.frame.alarms import AlarmsScreen, NoteSheet
 from app.screens.settings.page import SwitchRow
 from app.widgets import finger
 from app.widgets.buttons import CommandButton, IconButton, Toggle
 from app.widgets.frame import STILL, Banner, Frame, NavItem, TopBar
 from app.widgets.menu import MenuRow
+from app.widgets.places import places
 from app.widgets.rest import rest
 from app.widgets.sheet import AskSheet, Sheet
 from app.widgets.tokens import tk
@@ -235,7 +235,7 @@ def test_a_banner_waits_while_a_sheet_is_open(container, app, ui):
 
 def test_the_room_of_a_released_hold_stays_under_the_finger(container, app, ui):
     container.holds.hold("Audit")
-    ui.wait(lambda: ui.find_all(Banner) and not ui.find(Frame).has_just_moved)
+    ui.wait(lambda: ui.find_all(Banner) and not places.has_just_moved(ui.find(Banner)))
     ui.tap(ui.find(CommandButton, ui.find(Banner), text="Release"))
     ui.wait(lambda: not container.holds.current() and not ui.find_all(Banner))
     assert ui.find(Frame).has_banner
@@ -268,11 +268,11 @@ def test_a_hand_that_rests_on_the_screen_keeps_no_banner_away(container, app, ui
 
 
 def test_a_second_tap_on_the_banner_releases_no_other_hold(container, app, ui, monkeypatch):
-    monkeypatch.setattr(controller, "DOUBLE_TAP", 1e3)
     robot = container.catalogue.save_robot(Robot("Aino", "http://127.0.0.1:9", "u", enabled=False), password="p")
     container.holds.hold("Audit")
     container.holds.hold("Wheel", robot_id=robot.id)
-    ui.wait(lambda: ui.find_all(Banner, action="Release") and not ui.find(Frame).has_just_moved)
+    ui.wait(lambda: ui.find_all(Banner, action="Release") and not places.has_just_moved(ui.find(Banner)))
+    monkeypatch.setattr(Banner, "still", 1e3)
     button = ui.find(CommandButton, ui.find(Banner), text="Release")
     ui.tap(button)
     ui.wait(lambda: len(container.holds.current()) == 1)

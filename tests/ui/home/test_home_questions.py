@@ -11,7 +11,8 @@ from app.domain.models import THEMES
 from app.mir.errors import Rejected
 from app.screens.home.cards import PromptOption
 from app.widgets.buttons import CommandButton
-from app.widgets.frame import Banner, Frame
+from app.widgets.frame import Banner
+from app.widgets.places import places
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.home.operator import loud, press
@@ -51,7 +52,11 @@ def test_no_answer_is_louder_than_another_and_each_can_be_read(home, ui, theme):
 def test_a_question_is_an_alarm_that_leads_to_its_answers(home, ui):
     home.shell.go("scheduler")
     home.aino.control({"user_prompt": {"question": "Is the load secured?", "options": ["Yes", "No"], "timeout": 600}})
-    ui.wait(lambda: ui.find_all(Banner, text="Aino asks: Is the load secured?") and not ui.find(Frame).has_just_moved)
+    ui.wait(
+        lambda: (
+            ui.find_all(Banner, text="Aino asks: Is the load secured?") and not places.has_just_moved(ui.find(Banner))
+        )
+    )
     press(ui, "Answer")
     assert home.shell.navigator.current == "home"
     ui.wait(lambda: ui.find_all(PromptOption, text="Yes"))

@@ -10,7 +10,7 @@ from kivy.core.window import Window
 from app.domain.clock import SystemClock
 from app.domain.models import Robot
 from app.screens.common.pin_sheet import PinSheet
-from app.screens.frame.controller import DOUBLE_TAP
+from app.screens.common.presses import DOUBLE_TAP
 from app.screens.settings.edit_sheet import delete
 from app.screens.settings.gate import LEFT_ALONE_S
 from app.services.live.access import TRIES, WAIT_S
