@@ -77,13 +77,12 @@ class FormSheet(Sheet):
         """The model closes it, and brings entries back."""
         self.card.put_aside()
 
-    def on_done(self) -> None:
-        """A number that can't be is corrected first."""
+    def show_wrong_number(self) -> bool:
+        """One that can't be is corrected before Save. Returns whether there is one."""
         wrong = next((each for each in self.walk(restrict=True) if isinstance(each, Field) and each.outside), None)
-        if wrong is None:
-            self.card.save()
-        else:
+        if wrong is not None:
             turn_to(wrong)
+        return wrong is not None
 
     def show_warning(self) -> None:
         """The first of the notes."""
