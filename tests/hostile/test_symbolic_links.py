@@ -28,6 +28,13 @@ def shared(tmp_path) -> Path:
 
 
 @pytest.fixture
+def logs(shared) -> Path:
+    """A directory in it."""
+    (shared / "logs").mkdir()
+    return shared / "logs"
+
+
+@pytest.fixture
 def precious(tmp_path) -> Iterator[Path]:
     """A file that somebody wants to have written over; nothing else gets into its directory either."""
     precious = tmp_path / "home" / "precious"
@@ -74,10 +81,8 @@ def of_somebody_else(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("mode", [0o755, 0o775, 0o1777])
-def test_a_link_of_somebody_else_is_not_followed_in_any_place(shared, precious, mode, monkeypatch):
+def test_a_link_of_somebody_else_is_not_followed_in_any_place(logs, shared, precious, mode, monkeypatch):
     """Also in a directory of the other user, and in one of a group."""
-    logs = shared / "logs"
-    logs.mkdir()
     (logs / "log.csv").symlink_to(precious)
     (logs / "home").symlink_to(precious.parent)
     logs.chmod(mode)
@@ -101,9 +106,7 @@ def test_nor_is_one_on_the_way_behind_an_own_link(shared, precious, tmp_path):
 
 
 @pytest.mark.parametrize("mode", [0o755, 0o775])
-def test_own_links_are_followed(shared, tmp_path, mode):
-    logs = shared / "logs"
-    logs.mkdir()
+def test_own_links_are_followed(logs, shared, tmp_path, mode):
     logs.chmod(mode)
     (tmp_path / "mine").mkdir()
     (logs / "home").symlink_to("../../mine")
@@ -113,9 +116,7 @@ def test_own_links_are_followed(shared, tmp_path, mode):
     assert (logs / "log.csv").is_symlink()
 
 
-def test_a_file_that_becomes_a_link_after_the_check_is_not_followed(shared, precious):
-    logs = shared / "logs"
-    logs.mkdir()
+def test_a_file_that_becomes_a_link_after_the_check_is_not_followed(logs, shared, precious):
     for name in ("precious", "pipe"):
         assert without_links(logs / name) == logs / name
     (logs / "precious").symlink_to(precious)
@@ -136,9 +137,7 @@ def test_a_file_that_becomes_a_link_after_the_check_is_not_followed(shared, prec
         open_in_place(precious)
 
 
-def test_a_directory_that_becomes_a_link_while_it_is_written_gets_nothing(shared, precious):
-    logs = shared / "logs"
-    logs.mkdir()
+def test_a_directory_that_becomes_a_link_while_it_is_written_gets_nothing(logs, shared, precious):
     with draft_of(logs / "precious") as file:
         file.write("log")
         logs.rename(shared / "away")

@@ -14,6 +14,11 @@ def locale_dir(tmp_path):
     return write_finnish(tmp_path / "locale")
 
 
+@pytest.fixture
+def translator() -> Translator:
+    return Translator()
+
+
 def entries(locale_dir) -> dict[str, tuple[str, ...]]:
     """Translations by their texts."""
     catalogue = catalogues.read(locale_dir / "fi" / "LC_MESSAGES" / "amr.po")
@@ -38,8 +43,7 @@ def test_a_compiled_file_that_is_outdated_is_found(locale_dir):
     assert catalogues.outdated(locale_dir) == [po.with_suffix(".mo")]
 
 
-def test_the_language_is_switched_for_all_who_listen(locale_dir):
-    translator = Translator()
+def test_the_language_is_switched_for_all_who_listen(translator, locale_dir):
     heard: list[str] = []
     stop = translator.subscribe(lambda: heard.append(translator.gettext("Save")))
     translator.use("fi", locale_dir)
@@ -51,15 +55,13 @@ def test_the_language_is_switched_for_all_who_listen(locale_dir):
     assert translator.pgettext("run", "Failed") == "Epäonnistui"
 
 
-def test_an_unknown_language_speaks_english(locale_dir):
-    translator = Translator()
+def test_an_unknown_language_speaks_english(translator, locale_dir):
     translator.use("xx", locale_dir)
     assert translator.gettext("Save") == "Save"
     assert languages(locale_dir) == ["en", "fi"]
 
 
-def test_nothing_stays_nothing(locale_dir):
-    translator = Translator()
+def test_nothing_stays_nothing(translator, locale_dir):
     translator.use("fi", locale_dir)
     assert translator.gettext("") == ""  # gettext itself would answer with the header
 

@@ -18,7 +18,8 @@ from tests.support.seen import robot_of
 from tests.support.site import PASSWORD, Site
 
 
-def active(site):
+def active(site, after=0.0):
+    site.run(after)
     return [alarm.code for alarm in site.container.alarms.open() if alarm.cleared_at is None]
 
 
@@ -29,14 +30,11 @@ def robot(site):
 
 def test_a_robot_that_is_still_unreachable_when_it_is_switched_on_again_has_its_alarm_again(site, robot):
     site.network.down.add("R1")
-    site.run(120)
-    assert active(site) == ["unreachable"]
+    assert active(site, after=120) == ["unreachable"]
     switch_robot(site.container.catalogue, robot.id, False)
-    site.run(120)
-    assert active(site) == []
+    assert active(site, after=120) == []
     switch_robot(site.container.catalogue, robot.id, True)
-    site.run(120)
-    assert active(site) == ["unreachable"]
+    assert active(site, after=120) == ["unreachable"]
 
 
 @pytest.mark.long
@@ -88,12 +86,10 @@ def test_a_robot_that_answers_with_another_certificate_is_silent_no_longer(site)
         raise CertificateMismatch(address="R1")
 
     site.network.down.add("R1")
-    site.run(120)
-    assert active(site) == ["unreachable"]
+    assert active(site, after=120) == ["unreachable"]
     site.network.down.clear()
     site.network.interrupt = refuse
-    site.run(60)
-    assert active(site) == ["certificate_changed"]
+    assert active(site, after=60) == ["certificate_changed"]
 
 
 def test_robots_that_have_changed_places_are_named(tmp_path):
@@ -116,8 +112,6 @@ def test_an_alarm_about_another_robot_ends_when_that_is_accepted(site):
     site.container.catalogue.change_settings(poll_interval_seconds=1800)
     site.run(10)
     site.machines["R1"].serial_number = "777"
-    site.run(7200)
-    assert active(site) == ["wrong_robot"]
+    assert active(site, after=7200) == ["wrong_robot"]
     site.container.catalogue.save_robot(replace(robot_of(site), serial_number="777"), PASSWORD)
-    site.run(5)
-    assert active(site) == []
+    assert active(site, after=5) == []

@@ -101,8 +101,7 @@ def test_what_a_named_robot_has_is_not_cancelled_though_its_robot_is_not_shown_y
     named = save.save_robot(Robot("Named", "", fleet=site.hall, vehicle=site._vehicle_ids["R1"]))
     site.plan_once(None, minutes=1, group_id=save.save_group(Group("G", (named.id,))).id)
     site.run_until(lambda: site.states() == [State.QUEUED])
-    site.run(60)
-    assert site.states() == [State.QUEUED]
+    assert site.states(after=60) == [State.QUEUED]
     assert [order.state for order in site.fleet.book.open] == [OrderState.WAITING]
 
 

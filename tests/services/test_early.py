@@ -45,8 +45,7 @@ def give(site, *intents) -> float:
 def in_hand(site, plan):
     """A schedule whose next start is written down, taken in hand by its worker, and not yet due."""
     schedule = plan("2026-11-23T06:05", minimum_battery_percent=20)
-    site.run(DUE - EARLIER)
-    assert site.states() == [State.SUBMITTING]
+    assert site.states(after=DUE - EARLIER) == [State.SUBMITTING]
     assert 0 < only_worker(site).advance() <= EARLIER
     return schedule
 
@@ -66,8 +65,7 @@ def test_nothing_is_written_earlier_than_that(site, plan):
     site.run(DUE - INTENT_LEAD - 0.002)
     assert site.executions() == []
     assert 0 < site.engine.advance() < 0.03
-    site.run(0.027)
-    assert site.states() == [State.SUBMITTING]
+    assert site.states(after=0.027) == [State.SUBMITTING]
 
 
 # ---------------------------------------------------------------- clocks, stops, trouble

@@ -43,15 +43,21 @@ def put(hall, **poses):
         hall.machines[name].relocate(pose, MAP_GUID)
 
 
-def experienced(hall):
-    """Three runs of the mission are behind R2, one from near and two from far. So of equals R1 is chosen: it has run
-    less."""
+def gain_experience(hall):
     for pose in (NEAR, FAR, FAR):
         put(hall, R2=pose)
         hall.run(5)
         hall.container.operator.run_now(hall.robot("R2").id, 1)
         hall.run(200)
     put(hall, R1=FAR, R2=FAR)
+
+
+@pytest.fixture
+def experienced(hall):
+    """The stops are known, and three runs of the mission are behind R2, one from near and two from far. So of equals R1 is chosen: it has
+    run less."""
+    hall.learn_stops()
+    gain_experience(hall)
 
 
 def next_minute(hall):
@@ -99,9 +105,7 @@ def test_a_position_that_is_a_parameter_or_missing_is_unknown(hall):
     assert stops(hall) == (DELIVER[0], Stop(LINE.guid))
 
 
-def test_the_nearer_of_two_robots_comes_and_says_so(hall):
-    hall.learn_stops()
-    experienced(hall)
+def test_the_nearer_of_two_robots_comes_and_says_so(experienced, hall):
     put(hall, R2=NEAR)
     row = planned(hall)
     assert (row.robot, metres(row)) == (
@@ -110,9 +114,7 @@ def test_the_nearer_of_two_robots_comes_and_says_so(hall):
     )
 
 
-def test_a_nearer_robot_that_gets_another_start_is_said_to(hall):
-    hall.learn_stops()
-    experienced(hall)
+def test_a_nearer_robot_that_gets_another_start_is_said_to(experienced, hall):
     put(hall, R2=NEAR)
     hall.plan("B", f"{hall.clock.now() + timedelta(minutes=1):%Y-%m-%dT%H:%M}")
     planned(hall)
@@ -121,15 +123,13 @@ def test_a_nearer_robot_that_gets_another_start_is_said_to(hall):
 
 
 def test_without_positions_the_first_comes_and_nothing_is_said_of_metres(hall):
-    experienced(hall)
+    gain_experience(hall)
     put(hall, R2=NEAR)
     row = planned(hall)
     assert (row.robot, metres(row)) == ("R1", "R1: free now, has run less today · R2: free now")
 
 
-def test_on_another_map_no_way_is_known(hall):
-    hall.learn_stops()
-    experienced(hall)
+def test_on_another_map_no_way_is_known(experienced, hall):
     for machine in hall.machines.values():
         machine.site.table("/maps").add(
             machine.site.table("/maps").get(MAP_GUID) | {"guid": "another-map", "name": "Upstairs"}
@@ -143,9 +143,7 @@ def at_once(hall):
     hall.container.catalogue.edit(lambda edit: group_edit.save(edit, replace(hall.group, hand_over=HandOver.AT_ONCE)))
 
 
-def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(hall):
-    hall.learn_stops()
-    experienced(hall)
+def test_where_a_robot_says_nonsense_of_its_position_it_is_not_known(experienced, hall):
     put(hall, R1=Pose(1e308, -1e308, 0.0), R2=Pose(20_000.0, 0.0, 0.0))
     row = planned(hall)
     assert (row.robot, metres(row)) == ("R1", "R1: free now, has run less today · R2: free now")
@@ -156,7 +154,7 @@ def test_a_busy_robot_comes_from_where_its_last_mission_ends(hall):
     compactor, home = (hall.add_mission(name) for name in ("Waste to compactor", "Home"))
     hall.learn_stops()
     at_once(hall)
-    experienced(hall)
+    gain_experience(hall)
     hall.plan("A", at=next_minute(hall))
     hall.run(50)
     hall.container.operator.run_now(hall.robot("R1").id, compactor.id)

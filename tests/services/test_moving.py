@@ -91,6 +91,12 @@ def plant(tmp_path):
     plant.container.close()
 
 
+@pytest.fixture
+def moved(plant):
+    """The start of Tuesday, to 09:00."""
+    return plant.move()
+
+
 AS_BEFORE = [("Aino", "24 06:30", "Deliver"), ("Aino", "25 06:30", "Deliver")]
 MOVED = [("Aino", "24 09:00", "Deliver"), ("Aino", "25 06:30", "Deliver")]
 
@@ -235,8 +241,7 @@ def test_moved_twice_it_runs_once(plant):
 
 
 @pytest.mark.parametrize("by_hand", [True, False])
-def test_moved_back_it_is_a_start_of_its_schedule_again(plant, by_hand):
-    moved = plant.move()
+def test_moved_back_it_is_a_start_of_its_schedule_again(moved, plant, by_hand):
     if by_hand:
         back = plant.move(moved.at, local(24), moved.after)
         assert (back.after.id, back.at) == (plant.daily.id, at(24))
@@ -301,8 +306,7 @@ def test_a_held_start_stays_held_and_comes_back_held(plant):
     assert (held(), plant.planned()) == ([True], AS_BEFORE)
 
 
-def test_it_can_be_skipped_like_any_other(plant):
-    moved = plant.move()
+def test_it_can_be_skipped_like_any_other(moved, plant):
     plant.pausing.skip(moved.after.id, moved.at)
     assert plant.planned() == AS_BEFORE[1:]
     plant.pausing.unskip(moved.after.id, moved.at, must_run=True)
@@ -456,8 +460,7 @@ def test_a_newer_calendar_file_moves_its_event_and_an_older_one_doesn_t_move_it_
     assert newer[moved]["SUMMARY"] == "Deliver · Sisu"
 
 
-def test_its_sentence(plant):
-    moved = plant.move()
+def test_its_sentence(moved, plant):
     assert sentences.sentence(moved.after) == "Once on 24 Nov 2026 at 09:00, moved from 24 Nov 2026 06:30"
 
 

@@ -57,7 +57,8 @@ def take(site, parameters, **values):
     import_file(site.container.catalogue, schedules=[schedule | {"parameters": parameters}])
 
 
-def sent(site) -> list[object]:
+def sent(site, after=0.0) -> list[object]:
+    site.run(after)
     return [item.parameters[0]["value"] for item in site.machines["R1"].queue]
 
 
@@ -65,8 +66,7 @@ def test_a_robot_that_has_changed_its_map_goes_to_the_position_on_that_map(site,
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(600)
     site.machines["R1"].map_id = HALL_B
-    site.run(DAY)
-    assert sent(site) == [line_1["guid"], NEW_GUID]
+    assert sent(site, after=DAY) == [line_1["guid"], NEW_GUID]
 
 
 @pytest.mark.long
@@ -79,8 +79,7 @@ def test_a_robot_that_changes_its_map_just_before_the_start_is_asked_again(site,
     )
     client.close()
     site.machines["R1"].map_id = HALL_B
-    site.run(60)
-    assert sent(site) == [NEW_GUID]
+    assert sent(site, after=60) == [NEW_GUID]
 
 
 def test_a_position_that_was_deleted_and_made_again_is_found_by_its_name(site, mission, positions, line_1):
@@ -90,8 +89,7 @@ def test_a_position_that_was_deleted_and_made_again_is_found_by_its_name(site, m
     positions.add({**line_1, "guid": NEW_GUID})
     site.switch_off()
     site.switch_on()
-    site.run(DAY)
-    assert sent(site) == [line_1["guid"], NEW_GUID]
+    assert sent(site, after=DAY) == [line_1["guid"], NEW_GUID]
     assert {row.state for row in site.executions()} == {State.COMPLETED}
 
 
@@ -108,8 +106,7 @@ def test_a_position_by_its_guid_is_asked_for_once_only(site, mission, line_1):
     take(site, {"Position": line_1["guid"]}, recurrence="FREQ=DAILY")
     site.run(600)
     asked = requests(site)
-    site.run(DAY)
-    assert sent(site) == [line_1["guid"]] * 2
+    assert sent(site, after=DAY) == [line_1["guid"]] * 2
     assert [request for request in asked if "/missions/" in request or "/positions" in request] == []
 
 

@@ -130,8 +130,7 @@ def test_a_mission_that_was_edited_on_the_robot_is_asked_again_before_anything_i
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Old"),)})
     take(site, schedule({"Position": "Line 1"}))
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Old"),)})
-    site.run(900)
-    assert site.states() == [State.COMPLETED]
+    assert site.states(after=900) == [State.COMPLETED]
 
 
 def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_first_refusal(site, robot, mission):
@@ -159,8 +158,7 @@ def test_each_robot_is_asked_once_for_each_mission_of_a_file(site, robot, missio
 def test_starts_without_parameters_ask_nothing(site, robot, plan):
     asked = requests(site)
     plan(START)
-    site.run(600)
-    assert site.states() == [State.COMPLETED]
+    assert site.states(after=600) == [State.COMPLETED]
     assert [request for request in asked if "/missions/" in request] == []
 
 

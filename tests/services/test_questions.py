@@ -17,7 +17,8 @@ def questions(site):
     return [alarm for alarm in site.container.alarms.open() if alarm.code == "question"]
 
 
-def active(site):
+def active(site, after=0.0):
+    site.run(after)
     return [alarm_sentence(alarm) for alarm in questions(site) if alarm.cleared_at is None]
 
 
@@ -46,8 +47,7 @@ def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
         "R1 asks: Loaded?",
     )
     answer(site, "Yes")
-    site.run(40)
-    assert active(site) == []
+    assert active(site, after=40) == []
 
 
 def past_notes(site):
@@ -77,25 +77,20 @@ def test_another_question_is_a_new_alarm_although_the_first_was_acknowledged(sit
     site.run(40)
     site.container.alarms.acknowledge(questions(site)[0].id)
     ask(machine, {**LOADED, "question": "Empty?"})
-    site.run(40)
-    assert active(site) == ["R1 asks: Empty?"]
+    assert active(site, after=40) == ["R1 asks: Empty?"]
     assert questions(site)[-1].acknowledged_at is None
 
 
 def test_one_that_runs_out_is_over(site, machine):
     ask(machine, {**LOADED, "timeout": 60})
-    site.run(40)
-    assert active(site) == ["R1 asks: Loaded?"]
-    site.run(120)
-    assert active(site) == []
+    assert active(site, after=40) == ["R1 asks: Loaded?"]
+    assert active(site, after=120) == []
 
 
 def test_a_robot_that_is_switched_off_asks_nothing(site, machine):
     ask(machine, LOADED)
     site.run(40)
     switch_robot(site.container.catalogue, 1, False)
-    site.run(120)
-    assert active(site) == []
+    assert active(site, after=120) == []
     switch_robot(site.container.catalogue, 1, True)
-    site.run(60)
-    assert active(site) == ["R1 asks: Loaded?"]
+    assert active(site, after=60) == ["R1 asks: Loaded?"]

@@ -19,7 +19,8 @@ def site(tmp_path):
     site.switch_off()
 
 
-def alarms(site: Site) -> list[str]:
+def alarms(site: Site, after: float = 0.0) -> list[str]:
+    site.run(after)
     return [
         alarm_sentence(alarm)
         for alarm in site.container.alarms.open()
@@ -36,8 +37,7 @@ def said(site: Site) -> str:
 
 def test_both_are_named_at_once(site):
     site.add_robots()
-    site.run(10)
-    assert alarms(site) == [said(site)]
+    assert alarms(site, after=10) == [said(site)]
     site.run(600)
     assert [alarm.count for alarm in site.container.alarms.open()] == [1]
 
@@ -46,14 +46,11 @@ def test_it_is_over_when_one_is_switched_off_or_removed(site):
     _first, _second, third = site.add_robots()
     site.run(10)
     switch_robot(site.container.catalogue, third.id, False)
-    site.run(10)
-    assert alarms(site) == []
+    assert alarms(site, after=10) == []
     switch_robot(site.container.catalogue, third.id, True)
-    site.run(10)
-    assert alarms(site) == [said(site)]
+    assert alarms(site, after=10) == [said(site)]
     site.container.catalogue.remove_robot(third.id)
-    site.run(10)
-    assert alarms(site) == []
+    assert alarms(site, after=10) == []
 
 
 def test_it_stays_one_alarm_over_a_new_start_and_ends_with_its_cause(site):
@@ -67,8 +64,7 @@ def test_it_stays_one_alarm_over_a_new_start_and_ends_with_its_cause(site):
     site.switch_on()
     site.container.db.write(lambda c: c.execute("DELETE FROM robots WHERE id = ?", (third.id,)))
     site.container.changes.publish(Topic.ROBOTS)
-    site.run(10)
-    assert alarms(site) == []
+    assert alarms(site, after=10) == []
 
 
 def test_the_list_is_read_only_after_a_change(site, monkeypatch):

@@ -45,8 +45,9 @@ class Tablet:
             self.troubles.tick()
             self.site.run(step)
 
-    def alarms(self) -> list[tuple[str, int]]:
-        """Codes of those that last, with how often each has come."""
+    def alarms(self, after: int = 0, step: int = 1) -> list[tuple[str, int]]:
+        """Codes of those that last, with how often each has come, when so many seconds have passed."""
+        self.run(after, step)
         return [(alarm.code, alarm.count) for alarm in self.site.container.alarms.open() if alarm.cleared_at is None]
 
 
@@ -55,8 +56,7 @@ def switched_on(directory: Path, robots: int) -> Iterator[Tablet]:
     site = Site(directory, robots=robots)
     site.add_robots()
     tablet = Tablet(site)
-    tablet.run(40)
-    assert tablet.alarms() == []
+    assert tablet.alarms(after=40) == []
     yield tablet
     site.switch_off()
 
@@ -89,14 +89,11 @@ TROUBLES = [  # code, what is read, what begins it, what does not end it yet, wh
 @pytest.mark.parametrize(("code", "name", "trouble", "between", "good"), TROUBLES)
 def test_an_alarm_comes_stays_while_it_is_not_clearly_over_and_goes(alone, code, name, trouble, between, good):
     setattr(alone, name, trouble)
-    alone.run(1000, step=20)
-    assert alone.alarms() == [(code, 1)]
+    assert alone.alarms(after=1000, step=20) == [(code, 1)]
     setattr(alone, name, between)
-    alone.run(200, step=20)
-    assert alone.alarms() == [(code, 1)]
+    assert alone.alarms(after=200, step=20) == [(code, 1)]
     setattr(alone, name, good)
-    alone.run(100, step=20)
-    assert alone.alarms() == []
+    assert alone.alarms(after=100, step=20) == []
 
 
 @pytest.mark.parametrize(("name", "trouble", "good"), [(name, trouble, good) for _, name, trouble, _, good in TROUBLES])
@@ -122,8 +119,7 @@ def test_a_loose_charging_plug_is_one_alarm(alone):
 
 def test_a_charging_battery_is_no_alarm(alone):
     alone.battery = Battery(3, True)
-    alone.run(300, step=20)
-    assert alone.alarms() == []
+    assert alone.alarms(after=300, step=20) == []
 
 
 def test_an_alarm_of_an_earlier_run_ends_when_its_cause_is_over_or_can_not_be_known(alone):
@@ -131,8 +127,7 @@ def test_an_alarm_of_an_earlier_run_ends_when_its_cause_is_over_or_can_not_be_kn
     alone.run(1000, step=20)
     assert len(alone.alarms()) == 3
     alone.watch(NOTHING)
-    alone.run(100, step=20)
-    assert alone.alarms() == []
+    assert alone.alarms(after=100, step=20) == []
 
 
 # ---------------------------------------------------------------------- the network
@@ -142,20 +137,17 @@ def lose_network(tablet: Tablet) -> None:
 
 def test_without_a_network_there_is_one_alarm_and_it_ends_with_the_outage(tablet):
     lose_network(tablet)
-    tablet.run(150)
-    assert tablet.alarms() == [("network_lost", 1)]
+    assert tablet.alarms(after=150) == [("network_lost", 1)]
     tablet.has_network = True
     tablet.site.network.down.clear()
-    tablet.run(100)
-    assert tablet.alarms() == []
+    assert tablet.alarms(after=100) == []
 
 
 def test_the_robot_on_screen_which_is_asked_more_often_has_no_alarm_of_its_own(tablet):
     tablet.site.container.engine.watch(1)
     tablet.run(10)
     lose_network(tablet)
-    tablet.run(120)
-    assert tablet.alarms() == [("network_lost", 1)]
+    assert tablet.alarms(after=120) == [("network_lost", 1)]
 
 
 def test_a_robot_that_is_still_silent_when_the_network_is_back_gets_its_own_alarm(tablet):
@@ -163,22 +155,19 @@ def test_a_robot_that_is_still_silent_when_the_network_is_back_gets_its_own_alar
     tablet.run(120)
     tablet.has_network = True
     tablet.site.network.down = {"R2"}
-    tablet.run(240)
-    assert tablet.alarms() == [("unreachable", 1)]
+    assert tablet.alarms(after=240) == [("unreachable", 1)]
 
 
 def test_robots_that_are_silent_in_a_network_that_works_get_their_own_alarms(tablet):
     tablet.site.network.down = {"R1", "R2", "R3"}
-    tablet.run(240)
-    assert tablet.alarms() == [("unreachable", 1)] * 3
+    assert tablet.alarms(after=240) == [("unreachable", 1)] * 3
 
 
 def test_while_one_robot_answers_the_others_get_their_own_alarms(tablet):
     """The robots of the demo are on the tablet itself."""
     lose_network(tablet)
     tablet.site.network.down = {"R2"}
-    tablet.run(240)
-    assert tablet.alarms() == [("unreachable", 1)]
+    assert tablet.alarms(after=240) == [("unreachable", 1)]
 
 
 def test_a_network_that_comes_and_goes_is_one_alarm(tablet):

@@ -27,8 +27,7 @@ def test_many_are_followed_in_one_request(site, asked):
     site.run(10.0)
     assert "POST /mission_queue/search" in asked
     assert not [path for path in asked if path.startswith("GET /mission_queue/")]
-    site.run(1500.0)
-    assert site.states() == [State.COMPLETED] * COUNT
+    assert site.states(after=1500.0) == [State.COMPLETED] * COUNT
 
 
 def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
@@ -36,8 +35,7 @@ def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
         raise Unreadable(problem="more than 5000 queue items")
 
     monkeypatch.setattr(RobotClient, "items_after", too_many)
-    site.run(1500.0)
-    assert site.states() == [State.COMPLETED] * COUNT
+    assert site.states(after=1500.0) == [State.COMPLETED] * COUNT
     assert {path for path in asked if path.startswith("GET /mission_queue/")}
 
 
@@ -46,5 +44,4 @@ def test_those_that_are_not_in_the_list_are_asked_for_by_themselves(site, asked,
     monkeypatch.setattr(RobotClient, "items_after", lambda client, floor: [])
     site.run(10.0)
     assert len({path for path in asked if path.startswith("GET /mission_queue/")}) == COUNT
-    site.run(1500.0)
-    assert site.states() == [State.COMPLETED] * COUNT
+    assert site.states(after=1500.0) == [State.COMPLETED] * COUNT

@@ -408,8 +408,10 @@ class Site:
             self._due[key] = min(self._due[key], self.clock.monotonic() + max(wait, 0.01))
 
     # ------------------------------------------------------------------ looking
-    def states(self) -> list[State]:
-        """Of all starts, in the order in which they were made."""
+    def states(self, after: float = 0.0) -> list[State]:
+        """Of all starts, in the order in which they were made, when so many seconds have passed."""
+        if after:
+            self.run(after)
         return [row.state for row in self.executions()]
 
     def the_row(self, *states: State) -> Execution:

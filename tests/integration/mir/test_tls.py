@@ -21,7 +21,7 @@ from app.mir.errors import (
 )
 from app.mir.http import presented_fingerprint
 from app.mir.transport import Timeouts
-from tests.integration.mir.servers import CERTIFICATES, FIELD, HEAD, PLANT, Conversation, closed_port, pin_of
+from tests.integration.mir.servers import CERTIFICATES, FIELD, HEAD, PLANT, Conversation, Server, closed_port, pin_of
 from tests.integration.mir.talking import (
     PATIENT,
     TOKEN,
@@ -45,10 +45,14 @@ def robot_at(connect: Connect) -> RobotAt:
     )
 
 
+@pytest.fixture
+def server(serve: Serve) -> Server:
+    return serve(certificate=FIELD)
+
+
 def test_the_pinned_certificate_is_taken_though_expired_nameless_and_self_signed(
-    serve: Serve, robot_at: RobotAt
+    server: Server, robot_at: RobotAt
 ) -> None:
-    server = serve(certificate=FIELD)
     robot = robot_at(server, ":".join(pin_of(FIELD).upper()[n : n + 2] for n in range(0, 64, 2)))
     assert robot.status().robot_name == "R1"
     assert robot.status().robot_name == "R1"
@@ -80,16 +84,14 @@ def test_a_second_decrypted_answer_is_not_used_for_the_next_request(serve: Serve
 
 
 @pytest.mark.parametrize("pin", ["00" * 32, pin_of(PLANT)])
-def test_another_certificate_than_the_pinned_one_gets_not_a_byte(serve: Serve, robot_at: RobotAt, pin: str) -> None:
-    server = serve(certificate=FIELD)
+def test_another_certificate_than_the_pinned_one_gets_not_a_byte(server: Server, robot_at: RobotAt, pin: str) -> None:
     error = enqueue_fails(robot_at(server, pin))
     assert (type(error), error.delivery) == (CertificateMismatch, Delivery.NOT_SENT)
     assert server.connections == 1
     assert server.requests == []
 
 
-def test_a_self_signed_certificate_is_not_taken_without_a_pin(serve: Serve, robot_at: RobotAt) -> None:
-    server = serve(certificate=FIELD)
+def test_a_self_signed_certificate_is_not_taken_without_a_pin(server: Server, robot_at: RobotAt) -> None:
     error = enqueue_fails(robot_at(server, None))
     assert (type(error), error.code, error.delivery) == (CertificateProblem, "certificate_untrusted", Delivery.NOT_SENT)
     assert server.requests == []
@@ -120,8 +122,7 @@ def test_https_to_a_robot_that_speaks_http(serve: Serve, robot_at: RobotAt) -> N
     assert (type(error), error.code, error.delivery) == (CertificateProblem, "tls_failed", Delivery.NOT_SENT)
 
 
-def test_http_to_a_robot_that_speaks_https(serve: Serve, connect: Connect) -> None:
-    server = serve(certificate=FIELD)
+def test_http_to_a_robot_that_speaks_https(server: Server, connect: Connect) -> None:
     error = enqueue_fails(connect(server))
     assert (type(error), error.code, error.delivery) == (
         ConnectionLost,
@@ -167,8 +168,9 @@ def test_a_break_after_the_handshake_leaves_the_outcome_unknown(
     assert len(server.requests) == 1
 
 
-def test_the_fingerprint_that_a_robot_shows_can_be_read_without_telling_it_anything(serve: Serve) -> None:
-    server = serve(certificate=FIELD)
+def test_the_fingerprint_that_a_robot_shows_can_be_read_without_telling_it_anything(
+    server: Server, serve: Serve
+) -> None:
     assert presented_fingerprint(Address.parse(f"https://127.0.0.1:{server.port}")) == pin_of(FIELD)
     assert server.requests == []
     with pytest.raises(Unreachable):

@@ -60,6 +60,11 @@ def without(name: str) -> Meddle:
     return meddle
 
 
+@pytest.fixture
+def robot() -> AskedRobot:
+    return AskedRobot()
+
+
 # ---------------------------------------------------------------------- its queue
 def test_an_empty_queue_shows_neither_order_nor_pages_nor_search():
     session = read(AskedRobot(history=0))
@@ -99,8 +104,7 @@ def test_a_robot_that_ignores_offset_and_gives_short_pages_has_a_limit():
     assert session.facts["page_limit"] == 50
 
 
-def test_a_search_that_finds_nothing_is_none():
-    robot = AskedRobot()
+def test_a_search_that_finds_nothing_is_none(robot):
     robot.gives(Response(200, b"[]", {}), lambda method, path: path == f"{QUEUE}/search")
     session = read(robot)
     assert says(session, Topic.SEARCH) == (AMBER, "Its search does not find items that are in its queue")
@@ -119,8 +123,7 @@ def test_the_battery_level_is_reported():
     assert says(read(AskedRobot()), Topic.BATTERY) == (GREEN, "Its battery is at 80 %")
 
 
-def test_in_emergency_stop_it_is_not_found_out_whether_it_reports_its_battery():
-    robot = AskedRobot()
+def test_in_emergency_stop_it_is_not_found_out_whether_it_reports_its_battery(robot):
     robot.machine.press_emergency_stop(True)
     assert (
         says(read(robot), Topic.BATTERY)[1]
@@ -132,8 +135,7 @@ def test_in_emergency_stop_it_is_not_found_out_whether_it_reports_its_battery():
     ("user", "password", "level"),
     [("distributor", "distributor", AMBER), ("Admin", "admin", AMBER), ("distributor", "Tr0ub4dor", GREEN)],
 )
-def test_the_published_default_password_is_reported(user, password, level):
-    robot = AskedRobot()
+def test_the_published_default_password_is_reported(robot, user, password, level):
     session = robot.session()
     client = session.robot.client
     session.robot.client = RobotClient(
@@ -144,8 +146,7 @@ def test_the_published_default_password_is_reported(user, password, level):
 
 
 @pytest.mark.parametrize("status", [403, 500])
-def test_what_the_user_may_not_ask_says_nothing_of_its_software(status):
-    robot = AskedRobot()
+def test_what_the_user_may_not_ask_says_nothing_of_its_software(robot, status):
     robot.gives(Response(status, b"{}", {}), lambda method, path: path == "/guided_move/waypoints")
     assert says(read(robot), Topic.SOFTWARE)[1].startswith("Its software is 3.5.4. Not found out")
 
@@ -215,8 +216,7 @@ NO_VERSION = "It does not report its software. MiR's definition of 3.5.4 fits"
         pytest.param(without("state_text"), Topic.LANGUAGE, NO_WORDS, id="no words in its status"),
     ],
 )
-def test_what_is_missing_or_odd_is_a_note(meddle, topic, text):
-    robot = AskedRobot()
+def test_what_is_missing_or_odd_is_a_note(robot, meddle, topic, text):
     robot.meddle = meddle
     assert says(read(robot), topic) == (AMBER, text)
 

@@ -51,6 +51,11 @@ def read(robot: AskedRobot, **values):
     return session
 
 
+@pytest.fixture
+def robot() -> AskedRobot:
+    return AskedRobot()
+
+
 @pytest.mark.parametrize(("software", "history"), [("2.14.7", 3), ("3.5.4", 0), ("3.5.4", 400), ("3.8.1", 3)])
 def test_a_faithful_robot_is_green(software, history):
     robot = AskedRobot(software=software, history=history)
@@ -139,9 +144,8 @@ ODD = {
 
 @pytest.mark.parametrize("but_for", ["/status", ""])
 @pytest.mark.parametrize("odd", ODD)
-def test_odd_answers_are_findings_and_nothing_else(odd, but_for):
+def test_odd_answers_are_findings_and_nothing_else(robot, odd, but_for):
     """To everything, or to everything but its status."""
-    robot = AskedRobot()
     robot.gives(ODD[odd], lambda method, path: path != but_for)
     session = read(robot)
     assert any(finding.level is Level.RED for finding in session.findings), in_words(session)
@@ -149,15 +153,13 @@ def test_odd_answers_are_findings_and_nothing_else(odd, but_for):
     assert robot.writes == []
 
 
-def test_a_robot_that_is_off_is_one_red_finding():
-    robot = AskedRobot()
+def test_a_robot_that_is_off_is_one_red_finding(robot):
     robot.gives(Unreachable(code="refused"), lambda method, path: True)
     session = read(robot)
     assert [(finding.topic, finding.level) for finding in session.findings] == [(Topic.IDENTITY, Level.RED)]
 
 
-def test_it_ends_where_somebody_wants_it_to():
-    robot = AskedRobot()
+def test_it_ends_where_somebody_wants_it_to(robot):
     wanted = iter([True] * 20)
     with pytest.raises(Cancelled):
         read(robot, is_wanted=lambda: next(wanted, False))

@@ -39,9 +39,8 @@ def test_a_usual_duration_is_kept_or_removed(world, minutes):
     assert MISSIONS.get(world.db.read(), world.mission.id).usual_minutes == minutes
 
 
-def test_a_robots_own_mission_takes_over_what_is_planned_there(world):
-    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"), password="x")
-    here, there = world.schedule(), world.schedule(name="There", robot_id=other.id)
+def test_a_robots_own_mission_takes_over_what_is_planned_there(world, bella):
+    here, there = world.schedule(), world.schedule(name="There", robot_id=bella.id)
     world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id)
     own = world.catalogue.save_mission(Mission("Deliver", "guid-2", robot_id=world.robot.id))
     assert (world.stored(here).mission_id, world.stored(there).mission_id) == (own.id, world.mission.id)
@@ -51,9 +50,8 @@ def test_a_robots_own_mission_takes_over_what_is_planned_there(world):
     assert world.stored(here).mission_id == world.mission.id
 
 
-def test_a_mission_of_another_robot_cannot_be_planned(world):
-    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2"))
-    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=other.id))
+def test_a_mission_of_another_robot_cannot_be_planned(world, bella):
+    own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=bella.id))
     with refuses("mission", "another robot only"):
         world.schedule(mission_id=own.id)
     with refuses("mission", "another robot only"):
@@ -86,8 +84,7 @@ def test_a_robots_own_mission_is_used_when_the_one_for_all_comes_by_its_name(wor
 
 
 @pytest.mark.parametrize("what", ["schedule", "robot", "group"])
-def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(world, what):
-    other = world.catalogue.save_robot(Robot("Alma", "10.0.0.2", "user"), password="secret")
+def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(world, bella, what):
     catalogue, robot_id = world.catalogue, world.robot.id
     if what == "schedule":
         removed = catalogue.remove_schedule(world.schedule().id)
@@ -95,10 +92,10 @@ def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(worl
         catalogue.change_idle_rule(robot_id, mission_id=world.mission.id)
         removed = catalogue.remove_robot(robot_id)
     else:
-        group = catalogue.save_group(Group("Carts", (robot_id, other.id)))
+        group = catalogue.save_group(Group("Carts", (robot_id, bella.id)))
         world.schedule(robot_id=None, group_id=group.id)
         removed = catalogue.remove_group(group.id)
-    catalogue.save_mission(replace(world.mission, robot_id=other.id))
+    catalogue.save_mission(replace(world.mission, robot_id=bella.id))
     with refuses(
         "mission", "the mission Deliver is for (another robot only|one robot only, a group needs one for all)"
     ):
@@ -110,11 +107,10 @@ def test_undo_refuses_what_used_a_mission_that_is_only_another_robots_since(worl
     assert used == [general.id]
 
 
-def test_undo_refuses_a_mission_that_a_restored_robot_would_have_to_use(world):
-    other = world.catalogue.save_robot(Robot("Alma", "10.0.0.2", "user"), password="secret")
+def test_undo_refuses_a_mission_that_a_restored_robot_would_have_to_use(world, bella):
     world.catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id)
     robot = world.catalogue.remove_robot(world.robot.id)
-    world.catalogue.save_mission(replace(world.mission, robot_id=other.id))
+    world.catalogue.save_mission(replace(world.mission, robot_id=bella.id))
     mission = world.catalogue.remove_mission(world.mission.id)
     world.catalogue.restore(robot)
     with refuses("robot", "the mission Deliver is used on other robots too"):
@@ -218,32 +214,29 @@ def test_several_changes_are_made_all_or_not_at_all(world):
 # ---------------------------------------------------------------------- places
 @pytest.mark.parametrize("place_first", [True, False])
 @pytest.mark.parametrize("undone_first", [True, False])
-def test_a_place_and_its_mission_are_linked_again_in_any_order_of_restoring(world, place_first, undone_first):
-    mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
-    place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
-    acts = [lambda: world.catalogue.remove_place(place.id), lambda: world.catalogue.remove_mission(mission.id)]
+def test_a_place_and_its_mission_are_linked_again_in_any_order_of_restoring(world, home, place_first, undone_first):
+    place = world.catalogue.save_place(Place("Dock 2", 3, (home.id,)))
+    acts = [lambda: world.catalogue.remove_place(place.id), lambda: world.catalogue.remove_mission(home.id)]
     removed = [act() for act in (acts if place_first else acts[::-1])]
     for each in removed if undone_first else removed[::-1]:
         world.catalogue.restore(each)
     assert world.catalogue.places() == [place]
 
 
-def test_a_use_that_was_restored_is_not_restored_again(world):
-    mission = world.catalogue.save_mission(Mission("Home", "guid-2"))
-    place = world.catalogue.save_place(Place("Dock 2", 3, (mission.id,)))
-    removed = [world.catalogue.remove_place(place.id), world.catalogue.remove_mission(mission.id)]
+def test_a_use_that_was_restored_is_not_restored_again(world, home):
+    place = world.catalogue.save_place(Place("Dock 2", 3, (home.id,)))
+    removed = [world.catalogue.remove_place(place.id), world.catalogue.remove_mission(home.id)]
     for each in removed:
         world.catalogue.restore(each)
     world.catalogue.save_place(replace(place, missions=()))
-    world.catalogue.restore(world.catalogue.remove_mission(mission.id))
+    world.catalogue.restore(world.catalogue.remove_mission(home.id))
     assert world.catalogue.places() == [replace(place, missions=())]
 
 
-def test_a_restored_place_keeps_its_remaining_missions(world):
-    other = world.catalogue.save_mission(Mission("Home", "guid-2"))
-    place = world.catalogue.save_place(Place("Dock 2", 1, (world.mission.id, other.id)))
+def test_a_restored_place_keeps_its_remaining_missions(world, home):
+    place = world.catalogue.save_place(Place("Dock 2", 1, (world.mission.id, home.id)))
     removed = world.catalogue.remove_place(place.id)
-    world.catalogue.remove_mission(other.id)
+    world.catalogue.remove_mission(home.id)
     world.catalogue.restore(removed)
     assert world.catalogue.places() == [replace(place, missions=(world.mission.id,))]
 
@@ -307,19 +300,18 @@ def test_of_two_changes_at_the_same_time_both_stay_and_each_is_undone_alone(worl
         catalogue.change_back(read, once)
 
 
-def test_what_was_chosen_together_is_not_written_over_what_was_chosen_elsewhere(world):
+def test_what_was_chosen_together_is_not_written_over_what_was_chosen_elsewhere(world, home):
     catalogue, opened = world.catalogue, world.schedule()
     group = catalogue.save_group(Group("Carts", (world.robot.id,)))
     catalogue.change(opened, replace(opened, robot_id=None, group_id=group.id, finish_by_minutes=90))
     catalogue.change(opened, replace(opened, recurrence="FREQ=WEEKLY;BYDAY=MO"))
     later = catalogue.change(opened, replace(opened, parameters={"count": 5}))
     assert (later.group_id, later.recurrence, later.parameters) == (group.id, "FREQ=WEEKLY;BYDAY=MO", {"count": 5})
-    mission = catalogue.save_mission(Mission("Home", "guid-2"))
     for changes in (
         {"start": opened.start.replace(hour=5)},
         {"finish_by_minutes": 20},
         {"parameters": {"height": 2}},
-        {"mission_id": mission.id},
+        {"mission_id": home.id},
     ):
         with pytest.raises(InvalidInput, match="Morning has been changed since you opened it"):
             catalogue.change(opened, replace(opened, **changes))
@@ -356,8 +348,8 @@ def test_a_changed_schedule_gets_no_parameters_that_its_robot_refuses(world):
         world.catalogue.change(read, replace(read, parameters={"battery": "low"}))
 
 
-def test_a_change_of_an_idle_rule_is_undone_alone_and_only_as_long_as_it_is_so(world):
-    catalogue, home = world.catalogue, world.catalogue.save_mission(Mission("Home", "guid-2"))
+def test_a_change_of_an_idle_rule_is_undone_alone_and_only_as_long_as_it_is_so(world, home):
+    catalogue = world.catalogue
     before = catalogue.change_idle_rule(world.robot.id, mission_id=world.mission.id, after_minutes=10).idle
     catalogue.change_idle_rule(world.robot.id, mission_id=home.id)
     catalogue.change_idle_rule(world.robot.id, after_minutes=20)

@@ -16,6 +16,11 @@ from tests.support.errors import refuses
 from tests.unit.catalogue.world import MISSIONS, ROBOTS, SCHEDULES
 
 
+@pytest.fixture
+def removed(world):
+    return world.catalogue.remove_robot(world.robot.id)
+
+
 def test_a_password_becomes_the_token_and_is_kept_nowhere(world):
     assert world.robot.token.startswith("Basic ")
     assert (world.robot.enabled, world.robot.needs_password, world.robot.address) == (True, False, "http://10.0.0.1")
@@ -143,10 +148,9 @@ def test_the_token_of_a_deleted_robot_is_not_on_the_disk_and_comes_back_with_it(
     assert ROBOTS.get(world.db.read(), world.robot.id).token == token
 
 
-def test_a_robot_comes_back_to_no_name_that_a_group_has_now(world):
-    other = world.catalogue.save_robot(Robot("Bella", "10.0.0.2", "user"), password="x")
+def test_a_robot_comes_back_to_no_name_that_a_group_has_now(world, bella):
     removed = world.catalogue.remove_robot(world.robot.id)
-    world.catalogue.save_group(Group(world.robot.name, (other.id,)))
+    world.catalogue.save_group(Group(world.robot.name, (bella.id,)))
     with refuses("name", "there is another group Aino now: rename that one, then undo again"):
         world.catalogue.restore(removed)
 
@@ -194,8 +198,7 @@ def test_a_schedule_that_was_deleted_before_its_mission_is_back_after_it(world):
     assert world.stored(schedule).id == schedule.id
 
 
-def test_a_deletion_can_be_undone_until_the_app_starts_again(world):
-    removed = world.catalogue.remove_robot(world.robot.id)
+def test_a_deletion_can_be_undone_until_the_app_starts_again(removed, world):
     world.clock.advance(365 * 86400)
     world.catalogue.remove_mission(world.mission.id)
     world.catalogue.restore(removed)
@@ -205,8 +208,7 @@ def test_a_deletion_can_be_undone_until_the_app_starts_again(world):
     assert [c.execute(f"SELECT count(*) FROM {table}").fetchone()[0] for table in ("robots", "missions")] == [1, 0]
 
 
-def test_undo_says_when_the_name_is_in_use(world):
-    removed = world.catalogue.remove_robot(world.robot.id)
+def test_undo_says_when_the_name_is_in_use(removed, world):
     world.catalogue.save_robot(Robot("Aino", "10.0.0.5"))
     with refuses("name", "there is another robot Aino now: rename that one, then undo again"):
         world.catalogue.restore(removed)
@@ -219,8 +221,7 @@ def test_undo_says_when_the_name_is_in_use(world):
     }
 
 
-def test_undo_adds_no_second_robot_at_an_address_in_use(world):
-    removed = world.catalogue.remove_robot(world.robot.id)
+def test_undo_adds_no_second_robot_at_an_address_in_use(removed, world):
     world.catalogue.save_robot(Robot("Alma", "10.0.0.1"))
     with refuses(
         "address", "not restored: this is the address of Alma, .* already. Change or delete that one, then undo again"

@@ -29,6 +29,12 @@ def every_step(monkeypatch) -> None:
     monkeypatch.setattr(connection, "migrate", migrate_really)
 
 
+@pytest.fixture
+def db(start):
+    """Opened as the app does it."""
+    return start()
+
+
 def mode(path) -> int:
     return stat.S_IMODE(path.stat().st_mode)
 
@@ -37,8 +43,7 @@ def pragma(c: sqlite3.Connection, name: str) -> object:
     return c.execute(f"PRAGMA {name}").fetchone()[0]
 
 
-def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(start):
-    db = start()
+def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(db):
     wanted = {
         "journal_mode": "wal",
         "synchronous": 2,
@@ -54,14 +59,12 @@ def test_no_committed_row_can_be_lost_and_only_the_writer_writes_back(start):
     assert db.write(lambda c: {name: pragma(c, name) for name in wanted}) == wanted
 
 
-def test_thirty_readers_keep_no_more_of_a_large_file_than_four_would(start):
-    db = start()
+def test_thirty_readers_keep_no_more_of_a_large_file_than_four_would(db):
     usual = -pragma(sqlite3.connect(":memory:"), "cache_size")
     assert -30 * pragma(db.read(), "cache_size") <= 4 * usual
 
 
-def test_everything_is_readable_by_its_owner_only(path, start):
-    db = start()
+def test_everything_is_readable_by_its_owner_only(path, db):
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
     db.read()
     assert mode(path.parent) == 0o700
@@ -138,8 +141,7 @@ def test_steps_are_taken_one_after_another(path, start):
 
 
 # ---------------------------------------------------------------------- for reading
-def test_an_export_reads_while_the_app_runs_and_cannot_write(path, start):
-    db = start()
+def test_an_export_reads_while_the_app_runs_and_cannot_write(path, db):
     reader = Database.open_for_reading(path)
     db.write(lambda c: SettingsRepository().put(c, "a", 1))
     assert SettingsRepository().get(reader.read(), "a") == 1

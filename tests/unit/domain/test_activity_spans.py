@@ -40,16 +40,19 @@ def looks(recorder: SpanRecorder, *seen: tuple[float, str]) -> None:
 
 
 # ---------------------------------------------------------------------- recorded
-def test_a_span_is_lengthened_while_the_same_is_seen():
-    recorder = SpanRecorder()
+@pytest.fixture
+def recorder() -> SpanRecorder:
+    return SpanRecorder()
+
+
+def test_a_span_is_lengthened_while_the_same_is_seen(recorder):
     looks(recorder, (0, "idle"), (30, "idle"), (60, "idle"))
     assert recorder.take() == [span("idle", 0, 1)]
     looks(recorder, (90, "idle"))
     assert recorder.take() == [span("idle", 0, 1.5)]
 
 
-def test_something_else_begins_where_the_last_look_was():
-    recorder = SpanRecorder()
+def test_something_else_begins_where_the_last_look_was(recorder):
     looks(recorder, (0, "idle"), (60, "idle"))
     recorder.take()
     assert not recorder.has_changed
@@ -58,16 +61,14 @@ def test_something_else_begins_where_the_last_look_was():
     assert recorder.take() == [span("idle", 0, 1), span("executing", 1, 2)]
 
 
-def test_a_long_gap_leaves_a_hole():
-    recorder = SpanRecorder()
+def test_a_long_gap_leaves_a_hole(recorder):
     looks(recorder, (0, "idle"), (60, "idle"), (60 + GAP + 1, "idle"), (60 + GAP + 61, "idle"))
     hole = (GAP + 1) / 60
     assert recorder.take() == [span("idle", 0, 1), span("idle", 1 + hole, 2 + hole)]
 
 
 @pytest.mark.parametrize("step", [-3600, 3600])
-def test_a_clock_that_is_set_begins_a_new_span(step):
-    recorder = SpanRecorder()
+def test_a_clock_that_is_set_begins_a_new_span(recorder, step):
     looks(recorder, (0, "idle"), (60, "idle"))
     for seconds in (90, 120):
         recorder.saw("idle", NOON + timedelta(seconds=seconds + step), 1000 + seconds, GAP)

@@ -39,6 +39,11 @@ def hall() -> ClassicHall:
     return ClassicHall()
 
 
+@pytest.fixture
+def aino(hall: ClassicHall) -> Any:
+    return hall.vehicle()
+
+
 def test_other_robots_orders_are_not_this_ones(hall: ClassicHall) -> None:
     aino, veikko = hall.vehicle("1"), hall.vehicle("2")
     number = veikko.enqueue(GUIDS["Home"], description=token())
@@ -47,9 +52,8 @@ def test_other_robots_orders_are_not_this_ones(hall: ClassicHall) -> None:
 
 
 @pytest.mark.parametrize("runs", [False, True], ids=["waiting", "running"])
-def test_an_order_that_ends_before_it_began_was_cancelled(hall: ClassicHall, runs: bool) -> None:
+def test_an_order_that_ends_before_it_began_was_cancelled(hall: ClassicHall, aino: Any, runs: bool) -> None:
     """Of one that ran the fleet doesn't say whether it failed."""
-    aino = hall.vehicle()
     number = aino.enqueue(GUIDS["Deliver"], description=token())
     if runs:
         hall.run_until(aino, number, "", QueueState.EXECUTING)
@@ -58,8 +62,7 @@ def test_an_order_that_ends_before_it_began_was_cancelled(hall: ClassicHall, run
     assert aino.queue_item(number).message == ("" if runs else USER_REQUEST)
 
 
-def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_shown(hall: ClassicHall) -> None:
-    aino = hall.vehicle()
+def test_a_robot_without_contact_is_unavailable_although_its_last_status_is_shown(hall: ClassicHall, aino: Any) -> None:
     assert aino.status().state is RobotState.READY
     hall.robots[0].reboot(60.0)
     hall.pass_time(2.0)
@@ -249,9 +252,8 @@ def test_an_order_without_its_token_is_cancelled() -> None:
     assert hall.run_until(aino, number, "", QueueState.ABORTED)
 
 
-def test_an_order_that_can_not_be_read_is_cancelled(hall: ClassicHall) -> None:
+def test_an_order_that_can_not_be_read_is_cancelled(hall: ClassicHall, aino: Any) -> None:
     """It was listed with the app's token: a late one of a cancelled start must not run."""
-    aino = hall.vehicle()
     number = aino.enqueue(GUIDS["Deliver"], description=token())
     hall.fleet.faults.add(Fault(FaultKind.GARBAGE, f"/mission_scheduler/{number}", "GET"))
     aino.cancel(number)
@@ -273,8 +275,7 @@ def test_a_refusal_that_is_not_in_the_fleets_words_is_in_doubt(
         hall.vehicle().enqueue(GUIDS["Home"], description=token())
 
 
-def test_a_question_is_answered_through_the_fleet(hall: ClassicHall) -> None:
-    aino = hall.vehicle()
+def test_a_question_is_answered_through_the_fleet(hall: ClassicHall, aino: Any) -> None:
     number = aino.enqueue(GUIDS["Ask for release"], description=token())
     ends = hall.fleet.now + 120
     while (prompt := aino.status().user_prompt) is None:

@@ -43,12 +43,21 @@ def hall() -> EnterpriseHall:
 
 
 @pytest.fixture
+def aino(hall: EnterpriseHall) -> Any:
+    return hall.vehicle()
+
+
+@pytest.fixture
+def own() -> str:
+    return token()
+
+
+@pytest.fixture
 def older() -> EnterpriseHall:
     return EnterpriseHall(**OLDER)
 
 
-def test_a_request_that_is_lost_is_not_found(hall: EnterpriseHall) -> None:
-    aino = hall.vehicle()
+def test_a_request_that_is_lost_is_not_found(hall: EnterpriseHall, aino: Any) -> None:
     own = hall.lose(aino, FaultKind.DROP_REQUEST)
     assert aino.items_after(0, tokens=(own,)) == []
     with raises(Rejected, status=404):
@@ -149,8 +158,7 @@ def test_a_wrong_key_is_refused(hall: EnterpriseHall) -> None:
         hall.vehicle(transport=MachineTransport(hall.fleet, TOKEN)).status()
 
 
-def test_the_robot_is_paused_and_resumed(hall: EnterpriseHall) -> None:
-    aino = hall.vehicle()
+def test_the_robot_is_paused_and_resumed(hall: EnterpriseHall, aino: Any) -> None:
     aino.set_state(RobotState.PAUSE)
     hall.pass_time(3.0)
     assert aino.status().state is RobotState.PAUSE
@@ -176,8 +184,7 @@ def test_a_mission_that_is_not_the_fleets_makes_a_robot_busy(hall: EnterpriseHal
     assert hall.vehicle(1).status().state is RobotState.READY
 
 
-def test_a_busy_robot_says_so_and_why_an_order_failed(hall: EnterpriseHall) -> None:
-    aino, own = hall.vehicle(), token()
+def test_a_busy_robot_says_so_and_why_an_order_failed(hall: EnterpriseHall, aino: Any, own: str) -> None:
     number = aino.enqueue(GUIDS["Deliver"], description=own)
     hall.run_until(aino, 0, own, QueueState.EXECUTING)
     hall.pass_time(1.1)
@@ -187,8 +194,7 @@ def test_a_busy_robot_says_so_and_why_an_order_failed(hall: EnterpriseHall) -> N
     assert aino.queue_item(number, own).message
 
 
-def test_missions_and_what_they_ask_for(hall: EnterpriseHall) -> None:
-    aino = hall.vehicle()
+def test_missions_and_what_they_ask_for(hall: EnterpriseHall, aino: Any) -> None:
     assert {mission.name: mission.guid for mission in aino.missions()}["Home"] == GUIDS["Home"]
     (asked,) = aino.parameters(GUIDS["Go to position"]) or ()
     assert asked.is_position
@@ -200,8 +206,7 @@ def test_missions_and_what_they_ask_for(hall: EnterpriseHall) -> None:
         aino.mission(token())
 
 
-def test_a_question_is_answered_by_the_number_of_its_option(hall: EnterpriseHall) -> None:
-    aino, own = hall.vehicle(), token()
+def test_a_question_is_answered_by_the_number_of_its_option(hall: EnterpriseHall, aino: Any, own: str) -> None:
     aino.enqueue(GUIDS["Ask for release"], description=own)
     ends = hall.fleet.now + 120
     while (prompt := aino.status().user_prompt) is None:
@@ -319,9 +324,8 @@ def test_an_order_of_another_api_client_is_not_taken_for_a_lost_one(older: Enter
 
 
 def test_an_order_whose_phase_is_forgotten_is_not_waiting_for_ever(
-    hall: EnterpriseHall, monkeypatch: pytest.MonkeyPatch
+    hall: EnterpriseHall, aino: Any, own: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    aino, own = hall.vehicle(), token()
     number, found = aino.enqueue(GUIDS["Home"], description=own), aino._found
     monkeypatch.setattr(aino, "_found", lambda path: None if path.startswith("/order/") else found(path))
     assert aino.queue_item(number, own).state is QueueState.PENDING

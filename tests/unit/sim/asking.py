@@ -72,7 +72,10 @@ class Asker:
     def item(self, number: int) -> Any:
         return self.get(f"/mission_queue/{number}")
 
-    def state_of(self, number: int) -> str:
+    def state_of(self, number: int, after: float = 0.0) -> str:
+        """When so many seconds have passed."""
+        if after:
+            self.pass_time(after)
         return str(self.item(number)["state"])
 
     def control(self, **commands: Any) -> None:

@@ -36,8 +36,7 @@ def test_an_order_is_pending_then_executing_then_done(either: Asker) -> None:
     number = either.order()
     assert either.state_of(number) == "Pending"
     assert either.status()["state_text"] == "Ready"  # right after the POST, as on robots
-    either.pass_time(2)
-    assert either.state_of(number) == "Executing"
+    assert either.state_of(number, after=2) == "Executing"
     status = either.status()
     assert (status["state_text"], status["mission_queue_id"]) == ("Executing", number)
     assert status["mission_queue_url"] == f"/v2.0.0/mission_queue/{number}"

@@ -125,8 +125,7 @@ def test_a_deleted_mission_answers_410_on_newer_software_and_404_on_older() -> N
         assert asker.send("GET", f"/missions/{GUIDS['Home']}").status == status
         assert asker.send("DELETE", f"/missions/{GUIDS['Home']}").status == 404
         assert asker.send("POST", "/mission_queue", {"mission_id": GUIDS["Home"]}).status == 400
-        asker.pass_time(5)
-        assert asker.state_of(number) == "Aborted"
+        assert asker.state_of(number, after=5) == "Aborted"
 
 
 def test_built_in_missions_can_only_be_read(aino: Asker) -> None:

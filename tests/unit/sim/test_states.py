@@ -69,8 +69,7 @@ def test_a_failed_mission_is_aborted_with_its_text_and_the_robot_is_in_error(ain
     assert aino.state_of(next_one) == "Pending"
     assert aino.put_status(state_id=3)["state_id"] == 12  # not without clearing
     assert aino.put_status(clear_error=True)["state_text"] == "Pause"  # never straight to Ready
-    aino.pass_time(60)
-    assert aino.state_of(next_one) == "Pending"
+    assert aino.state_of(next_one, after=60) == "Pending"
     aino.put_status(state_id=3)
     aino.pass_until_done(next_one)
 
@@ -140,8 +139,7 @@ def test_emergency_stop_cuts_the_battery_monitor_and_cannot_be_left_through_the_
     assert (status["battery_percentage"], status["battery_time_remaining"], status["errors"]) == (-1.0, -1, [])
     for fields in ({"state_id": 3}, {"state_id": 4}, {"state_id": 11}, {"clear_error": True}):
         assert aino.put_status(**fields)["state_id"] == 10
-    aino.pass_time(600)
-    assert aino.state_of(number) == "Executing"
+    assert aino.state_of(number, after=600) == "Executing"
     aino.control(emergency_stop=False)
     status = aino.status()
     assert (status["state_id"], status["battery_percentage"] > 70) == (4, True)
@@ -294,10 +292,8 @@ def test_a_prompt_ends_with_its_time_or_its_mission(aino: Asker) -> None:
 def test_a_prompt_from_outside_holds_the_mission(aino: Asker) -> None:
     number = aino.order("Home")
     aino.control(user_prompt={"question": "Is the aisle free?", "options": ["Yes", "No"], "timeout": 60})
-    aino.pass_time(30)
-    assert aino.state_of(number) == "Pending"
+    assert aino.state_of(number, after=30) == "Pending"
     prompt = aino.status()["user_prompt"]
     assert prompt["timeout"] == 60
     aino.put_status(answer="Yes", guid=prompt["guid"])
-    aino.pass_time(60)
-    assert aino.state_of(number) == "Done"
+    assert aino.state_of(number, after=60) == "Done"

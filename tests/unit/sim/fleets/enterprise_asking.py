@@ -63,8 +63,17 @@ class EnterpriseAsker:
         """A phase of the order that is called so."""
         return self.get(f"/order/{uuid_of(f'{name} {number}')}")
 
-    def status(self, name: str = "one", number: int = 0) -> str:
+    def status(self, name: str = "one", number: int = 0, *, after: float = 0.0) -> str:
+        """When so many seconds have passed."""
+        if after:
+            self.pass_time(after)
         return str(self.order(name, number)["order-status"])
+
+    def runs(self, after: float = 0.0) -> int:
+        """How many missions the robots were given, when so many seconds have passed."""
+        if after:
+            self.pass_time(after)
+        return sum(len(vehicle.robot.queue) for vehicle in self.fleet.vehicles)
 
     def events(self, name: str = "one") -> dict[int | None, Any]:
         """What the snapshot says of an order, by the index of the phase."""

@@ -56,8 +56,7 @@ def test_the_answer_to_a_post(kind: str) -> None:
 def test_words_for_states_are_shown_and_found() -> None:
     fleet = FleetAsker(outbound=False, state_words={"Pending": "QUEUED", "Done": "done"})
     number = fleet.order("Home")
-    fleet.pass_time(1.5)
-    assert fleet.state_of(number) == "QUEUED"
+    assert fleet.state_of(number, after=1.5) == "QUEUED"
     fleet.pass_until(lambda: fleet.state_of(number) == "done")
     assert fleet.search("state", "=", "done").json() != []
 

@@ -125,10 +125,8 @@ def test_0_means_any_robot(fleet: FleetAsker) -> None:
 def test_an_earliest_start_is_local_time_unless_it_has_a_zone(fleet: FleetAsker, earliest: str) -> None:
     number = fleet.order(earliest_start_time=earliest)
     assert fleet.item(number)["earliest_start_time"] == "2026-11-23T07:01:00"
-    fleet.pass_time(59)
-    assert fleet.state_of(number) == "Pending"
-    fleet.pass_time(2)
-    assert fleet.state_of(number) != "Pending"
+    assert fleet.state_of(number, after=59) == "Pending"
+    assert fleet.state_of(number, after=2) != "Pending"
 
 
 def test_urgent_orders_come_before_important_ones(fleet: FleetAsker) -> None:

@@ -116,11 +116,9 @@ def test_an_order_that_is_deleted_out_of_contact_ends_when_the_robot_is_reached(
     fleet.pass_time(5)
     fleet.control(out_of_contact=["Aino"])
     assert fleet.send("DELETE", f"/mission_scheduler/{number}").status == 204
-    fleet.pass_time(10)
-    assert fleet.state_of(number) == "Executing"
+    assert fleet.state_of(number, after=10) == "Executing"
     fleet.control(out_of_contact=[])
-    fleet.pass_time(2)
-    assert fleet.state_of(number) == "Aborted"
+    assert fleet.state_of(number, after=2) == "Aborted"
 
 
 @pytest.mark.parametrize(

@@ -35,8 +35,7 @@ def test_after_no_answer_the_order_is_there_or_not(client: EnterpriseAsker, kind
 def test_an_order_that_something_on_the_way_repeats_runs_once(client: EnterpriseAsker) -> None:
     fault(client, "twice")
     assert (client.exchange_order().response.status, client.run_to_end()) == (409, "Finished")
-    client.pass_time(60)
-    assert sum(len(vehicle.robot.queue) for vehicle in client.fleet.vehicles) == 1
+    assert client.runs(after=60) == 1
 
 
 def test_a_fleet_that_is_busy_says_so_in_a_problem(client: EnterpriseAsker) -> None:

@@ -48,8 +48,7 @@ def test_a_known_id_is_refused_and_starts_nothing(client: EnterpriseAsker) -> No
     assert [client.post().status for _ in range(2)] == [201, 409]
     client.run_to_end()
     assert client.post().status == 409
-    client.pass_time(60)
-    assert sum(len(vehicle.robot.queue) for vehicle in client.fleet.vehicles) == 1
+    assert client.runs(after=60) == 1
 
 
 def test_an_order_id_of_a_phase_is_not_used_twice(client: EnterpriseAsker) -> None:
@@ -85,8 +84,7 @@ def test_an_accepted_order_comes_within_five_seconds_and_once() -> None:
     assert client.send("GET", f"/serial-order/{uuid_of('one')}").status == 200
     assert client.post().status == 409
     client.run_to_end()
-    client.pass_time(60)
-    assert sum(len(vehicle.robot.queue) for vehicle in client.fleet.vehicles) == 1
+    assert client.runs(after=60) == 1
 
 
 def test_a_lost_order_never_comes() -> None:
@@ -108,8 +106,7 @@ def test_an_order_waits_for_its_earliest_start(client: EnterpriseAsker) -> None:
     client.post(earliest_start_time="2026-11-23T06:01:00Z")
     client.pass_time(59)
     assert (client.status(), client.events()[None]["state"]) == ("Waiting", "Pending")
-    client.pass_time(3)
-    assert client.status() == "Executing"
+    assert client.status(after=3) == "Executing"
 
 
 def test_phases_run_one_after_the_other_on_one_robot_and_nothing_comes_between(client: EnterpriseAsker) -> None:
@@ -131,8 +128,7 @@ def test_a_failed_phase_ends_the_order_and_its_robot_says_why(client: Enterprise
     client.aino.robot.fail_next = "Failed to reach goal position 'Home'"
     client.post("one", "Home", "Deliver", robot_id=client.aino.guid)
     assert client.run_to_end() == "Aborted"
-    client.pass_time(2)
-    assert client.status(number=1) == "Aborted"
+    assert client.status(number=1, after=2) == "Aborted"
     last = client.order()["actions"][-1]
     assert (last["action-status"], last["action-text"]) == ("Failed", "Failed to reach goal position 'Home'")
 
@@ -180,8 +176,7 @@ def test_an_order_that_ends_before_it_is_cancelled_has_finished() -> None:
     client.run_until("Executing")
     assert client.send("DELETE", f"/serial-order/{uuid_of('one')}").status == 202
     assert client.run_to_end() == "Finished"
-    client.pass_time(60)
-    assert client.status() == "Finished"
+    assert client.status(after=60) == "Finished"
 
 
 def test_a_waiting_order_can_be_changed(client: EnterpriseAsker) -> None:
@@ -312,14 +307,12 @@ def test_a_change_that_comes_due_while_the_fleet_is_off_happens_when_it_is_back(
     client.fleet.restart(30)
     client.pass_time(29)
     assert client.fleet.active == []
-    client.pass_time(10)
-    assert client.status() == "Executing"
+    assert client.status(after=10) == "Executing"
     client.send("DELETE", f"/serial-order/{uuid_of('one')}")
     client.fleet.restart(30)
     client.pass_time(29)
     assert client.aino.robot.run is not None
-    client.pass_time(10)
-    assert client.status() == "Aborted"
+    assert client.status(after=10) == "Aborted"
 
 
 def test_the_same_requests_give_the_same_answers_whatever_is_read_between() -> None:
