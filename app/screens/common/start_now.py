@@ -4,28 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from datetime import datetime
-from typing import Protocol
 
 from app.database.robots import Hold
-from app.domain import rules
-from app.domain.clock import Clock
 from app.domain.models import Group, Robot, RobotSnapshot, Settings
 from app.i18n import _
-from app.screens.common.holding import hold_at, run_words
 from app.screens.common.robot_appearance import STOPPED, is_old
-from app.services.live.holds import Holds
-from app.services.live.snapshots import Snapshots
-
-
-class LiveServices(Protocol):
-    """What is read of a screen's services; all of it is in memory."""
-
-    @property
-    def clock(self) -> Clock: ...
-    @property
-    def holds(self) -> Holds: ...
-    @property
-    def snapshots(self) -> Snapshots: ...
 
 
 def is_stopped(snapshot: RobotSnapshot, settings: Settings, now: datetime) -> bool:
@@ -52,18 +35,3 @@ def _why_not_on(robot: Robot, stopped: bool) -> str:
         words = _("{robot} needs its password") if robot.needs_password else _("{robot} is switched off")
         return words.format(robot=robot.name)
     return _("{robot} is stopped").format(robot=robot.name) if stopped else ""
-
-
-def start_now(
-    services: LiveServices, settings: Settings, robots: Iterable[Robot], target: Robot | Group
-) -> tuple[str, str]:
-    """Why nothing can be started on ``target`` now, and what a start does if it is not sent at once ("Queue, on hold");
-    each may be empty."""
-    now, holds = services.clock.now(), services.holds.all_active()
-    hold, stopped, silent = hold_at(holds, None, now), False, None
-    if isinstance(target, Robot):
-        snapshot = services.snapshots.get(target.id)
-        hold, stopped = hold_at(holds, target.id, now), is_stopped(snapshot, settings, now)
-        silent = target if is_old(snapshot, now, settings) else None
-    words = run_words(hold, silent, rules.closes_at(now, None, settings), settings.timezone, now)
-    return why_not(target, robots, hold, stopped), words[0] if words is not None else ""

@@ -57,12 +57,6 @@ def outcome(execution: Execution, mission_names: MissionNames, is_late: bool = F
     return text.format(mission=mission_names.run(execution), robot=robot, why=why, time=time), icon, seconds
 
 
-def say_not_started(shell: Shell, mission: str, where: str, why: str) -> None:
-    """The message that nothing was started: ``where`` is the robot, or any of a group."""
-    text = _("{mission} was not started on {robot}. {why}").format(mission=mission, robot=where, why=why)
-    shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
-
-
 @dataclass
 class Followed:
     """A start whose message is shown (``said``), or not known yet. ``waits``: for what it waited when that was said."""

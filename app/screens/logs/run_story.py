@@ -9,10 +9,14 @@ from zoneinfo import ZoneInfo
 from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty
 
+from app.domain import rules
+from app.domain.models import Group, Robot
 from app.i18n import _
-from app.screens.common.shell import Shell
-from app.screens.common.start_now import start_now
-from app.screens.common.started import StartReports, say_not_started
+from app.screens.common.holding import hold_at, run_words
+from app.screens.common.robot_appearance import is_old
+from app.screens.common.shell import PROBLEM_SECONDS, Shell
+from app.screens.common.start_now import is_stopped, why_not
+from app.screens.common.started import StartReports
 from app.screens.common.view_model import Refresher
 from app.screens.logs import of_groups, view
 from app.screens.logs.facts import LogsServices, filters_with, read_story
@@ -141,11 +145,10 @@ class RunStory(EventDispatcher):
         run, facts, shell = self._facts.run, self._logs.facts, self._shell
         mission, where = shell.mission_names.known.run(run), of_groups.any_of(run) or run.robot
         target = facts.target(run)  # if it is no longer there, starting it says so
-        why_not, instead = (
-            start_now(self._services, facts.settings, facts.robots, target) if target is not None else ("", "")
-        )
-        if why_not:
-            say_not_started(shell, mission, where, why_not)
+        nothing, instead = self._start_now(target) if target is not None else ("", "")
+        if nothing:
+            text = _("{mission} was not started on {robot}. {why}").format(mission=mission, robot=where, why=nothing)
+            shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
             return
 
         def start() -> Any:
@@ -155,3 +158,15 @@ class RunStory(EventDispatcher):
 
         question = _("Run {mission} on {robot} now?").format(mission=mission, robot=where)
         shell.sheets.ask(question, "", instead or _("Run now"), start)
+
+    def _start_now(self, target: Robot | Group) -> tuple[str, str]:
+        """Why nothing can be started there now, and what a start does if it is not sent at once ("Queue, on hold"); each
+        may be empty."""
+        services, settings, now = self._services, self._logs.facts.settings, self._services.clock.now()
+        robot = target if isinstance(target, Robot) else None
+        hold = hold_at(services.holds.all_active(), robot.id if robot else None, now)
+        snapshot = services.snapshots.get(robot.id) if robot else None
+        stopped = snapshot is not None and is_stopped(snapshot, settings, now)
+        silent = robot if snapshot is not None and is_old(snapshot, now, settings) else None
+        words = run_words(hold, silent, rules.closes_at(now, None, settings), settings.timezone, now)
+        return why_not(target, self._logs.facts.robots, hold, stopped), words[0] if words is not None else ""
