@@ -69,9 +69,8 @@ class FleetState(EventDispatcher):
     many = BooleanProperty(False)
     is_shown = BooleanProperty(False)
     cells = ListProperty()  # of all robots, or of the open group
-    above = ListProperty()  # heads of the groups before it, with its own, and
+    above = ListProperty()  # heads of the groups before it, with its own (none: there are no groups), and
     below = ListProperty()  # after it
-    is_grouped = BooleanProperty(False)
     counts = ListProperty()
     heading = StringProperty()  # where there is no list
     heading_icon = StringProperty()
@@ -88,7 +87,6 @@ class FleetState(EventDispatcher):
 class Seen:
     """What a robot's look was made of: it is only made again if that changes."""
 
-    robot: Robot
     snapshot: RobotSnapshot
     known: tuple[object, ...]
     look: Look
@@ -233,7 +231,7 @@ class FleetViewModel(FleetState, ViewModel):
         group = or_held(group_of(robot, snapshot, old, self._settings), holds, robot, now)
         new = look(robot, snapshot, group, old, self._settings, left, free=free)
         new = replace(new, since=self._began(new, snapshot, seen.look if seen else None, now))
-        self._seen[robot_id] = Seen(robot, snapshot, now_known, new)
+        self._seen[robot_id] = Seen(snapshot, now_known, new)
         is_new = seen is None or seen.look != new
         self._is_behind |= is_new
         if seen is not None and new.group is Group.STOPPED is not seen.look.group and dock.field is None:
@@ -288,7 +286,6 @@ class FleetViewModel(FleetState, ViewModel):
         self._show_cells(looks)
 
     def _show_cells(self, looks: list[Look]) -> None:
-        self.is_grouped = bool(self._halls)
         if not self._halls:
             self.above, self.cells, self.below = [], [each.cell for each in looks], []
             return
@@ -341,7 +338,7 @@ class FleetViewModel(FleetState, ViewModel):
         elif name == "open":
             self.open_robot(key)
         else:
-            self._command(seen.robot, name, name == seen.look.remedy)
+            self._command(seen.look.robot, name, name == seen.look.remedy)
 
     def open_cell(self, key: Any) -> None:
         """Of a robot, or of a group of them."""

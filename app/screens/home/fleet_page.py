@@ -141,7 +141,7 @@ class FleetPage(BoxLayout):
         super().__init__(**kwargs)
         self.fbind("size", self._fit)
         self.vm.wall.bind(is_on=self._show_wall)
-        self.vm.bind(is_grouped=self._choose_tightness)
+        self.vm.bind(above=self._choose_tightness)
         self._fit()
 
     def _fit(self, *_: Any) -> None:
@@ -150,7 +150,7 @@ class FleetPage(BoxLayout):
         self._choose_tightness()
 
     def _choose_tightness(self, *_: Any) -> None:
-        self.vm.tight = self.pane_width < sp(472 if self.vm.is_grouped else 360)
+        self.vm.tight = self.pane_width < sp(472 if self.vm.above else 360)
 
     def _show_wall(self, *_: Any) -> None:
         if self.vm.wall.is_on and self._wall is None:
