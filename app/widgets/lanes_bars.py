@@ -94,7 +94,9 @@ def paint_bars(frame: Frame, bars: Sequence[Placed]) -> None:
         paint_look(state, frame.colours[state], _boxes(alike, is_crowd))
     Color(*tk.overlap)
     amber = _boxes((one for one in bars if one.overlaps), is_crowd)
-    boxes_of([(x, bottom, width, dp(EDGE)) for x, bottom, width, _height in amber], *patch((0, 0, 2, 2)))
+    boxes_of(
+        [(x + dp(2), bottom, width - dp(4), dp(EDGE)) for x, bottom, width, _height in amber]
+    )  # within the corners
     for one in bars:
         if one.icon_width and one.right - one.x >= one.icon_width + dp(4):
             paint_icon(one, (one.x + one.right) / 2)
