@@ -210,29 +210,19 @@ class HomeViewModel(HomeCommands, ViewModel):
             lambda _done: None if self.facts.settings.selected_robot_id == wanted else self._keep_selection(),
         )
 
-    def add_robot(self) -> None:
-        self._shell.go("settings", section="robots", add=True)
-
-    def find_robots(self) -> None:
-        self._shell.go("settings", section="robots", find=True)
+    def go_to_settings(self, section: str, **intent: Any) -> None:
+        self._shell.go("settings", section=section, **intent)
 
     @property
     def can_restore(self) -> bool:
         return self._shell.restore is not None
 
-    def restore_backup(self) -> None:
-        self._shell.go("settings", section="data", restore=True)
-
     def other_language(self, *_present: object) -> str:
         """In its own word."""
-        return formats.language_name(self._other_language())
-
-    @staticmethod
-    def _other_language() -> str:
-        return next(language for language in languages() if language != translator.language)
+        return formats.language_name(_other_language())
 
     def change_language(self) -> None:
-        wanted = self._other_language()
+        wanted = _other_language()
         self._shell.background.run(lambda: self._services.catalogue.change_settings(language=wanted))
 
     # ------------------------------------------------------------------ what the operator presses
@@ -289,6 +279,10 @@ class HomeViewModel(HomeCommands, ViewModel):
         robot_id = self.facts.robot.id if self.facts.robot is not None else None
         self.busy = self._presses.names(robot_id)
         self.foot_rests = robot_id is not None and self._presses.is_same(foot_of(robot_id))
+
+
+def _other_language() -> str:
+    return next(language for language in languages() if language != translator.language)
 
 
 class HomeScreen(ScreenBase):
