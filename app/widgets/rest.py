@@ -30,7 +30,7 @@ class Rest:
     def __init__(self):
         self._areas = []  # (until, left, bottom, right, top), s of kivy's clock and px of the window
         self._finger = 0.0, 0.0  # the place of the last touch that was not ignored
-        self._keys_until = 0.0
+        self._keys_until = [0.0]
         self._down: set[int] = set()  # keys
 
     def watch(self) -> None:
@@ -76,13 +76,8 @@ class Rest:
 
     # ------------------------------------------------------------------ touches
     def _ignore(self, seconds, area=EVERYWHERE) -> None:
-        now, ignored = Clock.get_time(), [math.inf, *area]
-        self._areas = [known for known in self._areas if known[0] > now] + [ignored]
-
-        def count(now):
-            ignored[0] = now + seconds
-
-        from_next_frame(count)
+        now = Clock.get_time()
+        self._areas = [*(known for known in self._areas if known[0] > now), _from_next_frame(seconds, *area)]
 
     def _touch_down(self, _window, touch) -> bool:
         now, (x, y) = Clock.get_time(), touch.pos
@@ -98,19 +93,14 @@ class Rest:
     # ------------------------------------------------------------------ keys
     def ignore_keys(self, seconds) -> None:
         """Something has come or gone: a second Enter or Esc is not meant for what is there now."""
-        self._keys_until = math.inf
-
-        def count(now):
-            self._keys_until = now + seconds
-
-        from_next_frame(count)
+        self._keys_until = _from_next_frame(seconds)
         self.ask_first()
 
     def _key_down(self, _window, key, *_args) -> bool:
         """One that is held presses once, though the system repeats it."""
         is_repeated = key in self._down
         self._down.add(key)
-        return key in PRESSES and (is_repeated or Clock.get_time() < self._keys_until)
+        return key in PRESSES and (is_repeated or Clock.get_time() < self._keys_until[0])
 
     def _key_up(self, _window, key, *_args) -> None:
         self._down.discard(key)
@@ -120,9 +110,15 @@ class Rest:
         self._down.clear()
 
 
-def from_next_frame(count) -> None:
-    """Call ``count`` with the time when the present frame has been drawn, before touches that came while it was are handed on."""
-    Clock.schedule_once(lambda _dt: count(Clock.get_time() - INSTANT), 0)
+def _from_next_frame(seconds: float, *area: float) -> list[float]:
+    """Until when, and where: counted from when the present frame has been drawn, before touches that came while it was are handed on."""
+    until = [math.inf, *area]
+
+    def count(_dt):
+        until[0] = Clock.get_time() - INSTANT + seconds
+
+    Clock.schedule_once(count, 0)
+    return until
 
 
 rest = Rest()
