@@ -23,7 +23,7 @@ def furnished(enterprise, monkeypatch):
 
 
 def planned(site, robot, minutes=2):
-    return site.plan_once(robot.id, minutes, start_window_minutes=600)
+    return site.plan_once(robot.id, minutes, name=robot.name, start_window_minutes=600)
 
 
 def ran(site, robot, mission=1):

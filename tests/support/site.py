@@ -306,8 +306,10 @@ class Site:
     def plan_once(self, robot_id: int | None, minutes: int = 2, **values: Any) -> Schedule:
         """A start of the first mission in so many minutes, whatever day it is."""
         start = (self.clock.now() + timedelta(minutes=minutes)).replace(tzinfo=None, second=0, microsecond=0)
-        own = {"start_window_minutes": 60, "respect_working_days": False, **values}
-        return self.container.catalogue.save_schedule(Schedule("S", robot_id, 1, start, "UTC", **own))
+        own = {"name": "S", "start_window_minutes": 60, "respect_working_days": False, **values}
+        return self.container.catalogue.save_schedule(
+            Schedule(robot_id=robot_id, mission_id=1, start=start, timezone="UTC", **own)
+        )
 
     def check_up(self, robot: Robot, profile: RobotProfile) -> None:
         """As if a check-up had found this of the robot."""
