@@ -63,6 +63,7 @@ def test_a_second_tap_on_a_tile_presses_nothing_of_what_comes_in_its_place(conta
         assert ui.find_all(HomeWide)
         settle(app, ui)
         assert not ui.find_all(HomeSheet)
+        ui.advance(0.2)
         ui.tap_at(*place)
         settle(app, ui)
         assert ui.find_all(HomeSheet)

@@ -547,7 +547,8 @@ def test_nothing_is_sent_that_was_not_shown_when_the_finger_came_down(
         lift(held)
         settle(app, ui)
         assert sent == []
-        assert app.shell.snackbars.texts == [said.format(robot=robots[2].name)]
+        is_there = held < 1.0  # later the robot has left those that need a person, and its button with it
+        assert app.shell.snackbars.texts == [said.format(robot=robots[2].name)] * is_there
 
 
 @pytest.mark.parametrize(
