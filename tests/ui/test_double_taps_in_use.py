@@ -15,6 +15,7 @@ from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import CommandButton
 from app.widgets.list_row import ListRow
 from app.widgets.pickers import TimeCell, TimeSheet
+from app.widgets.places import places
 from app.widgets.rest import DOUBLE_TAP, rest
 from app.widgets.sheet import FOOT_RESTS, AskSheet
 from tests.ui.home.operator import clear_queue, is_shown_pending, pend, run
@@ -80,6 +81,7 @@ def test_a_mission_that_is_chosen_by_a_double_tap_is_not_sent(home, ui, gap):
 def test_a_tile_pressed_twice_sends_nothing(home, ui, gap):
     ui.wait(lambda: not rest.is_on)  # after the sheet of the test before
     tile = ui.find(SendTile, text="Home")
+    ui.wait(lambda: not places.has_just_moved(tile))
     ui.tap_twice(tile.to_window(*tile.center), gap)
     ui.wait(lambda: home.shell.background.idle)
     assert (sent(home), ui.find(SendSheet).title) == ([], "Home")
