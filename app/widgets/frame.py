@@ -31,8 +31,7 @@ from app.widgets.places import places
 from app.widgets.rest import BY_ITSELF, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
-STILL = 5.0  # s without a touch, after which no hand is at work
-STILL_WITH_SHEET = 60.0  # the same while a sheet is open: somebody may be reading it
+STILL = 2.0  # s without a touch, after which no hand is at work. Late starts begin 30 s after their banner has come
 
 
 class TopBar(Fires, MDTopAppBar):
@@ -179,7 +178,7 @@ class Frame(Fires, Surface):
     tabs are in the top bar. ``banner`` has text, icon, tone, action, act and about.
 
     A banner moves the page when it comes and goes, as room that is always kept would cost a tenth of a low window. So it moves only
-    while no hand is at work: after a while without a touch, a long one beside an open sheet, or with another screen. For a moment after
+    while no hand is at work: after a while without a touch, or with another screen. For a moment after
     the banner or another button in it has come, a tap was meant for what was there before, and presses nothing.
     """
 
@@ -206,9 +205,7 @@ class Frame(Fires, Surface):
     def _make_room(self, *_):
         """Or take it away; later where a hand is at work."""
         wanted = bool(self.banner and self.banner.text)
-        seconds = STILL_WITH_SHEET if dock.has_sheet else STILL
-        is_still = not finger.is_down() and Clock.get_time() - self._touched_at >= seconds
-        if is_still:
+        if not finger.is_down() and Clock.get_time() - self._touched_at >= STILL:
             self.has_banner = wanted
         if self.has_banner == wanted:
             self._when_still.cancel()

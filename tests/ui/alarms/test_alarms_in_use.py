@@ -17,7 +17,7 @@ from app.widgets.frame import STILL, Banner, Frame, NavItem, TopBar
 from app.widgets.menu import MenuRow
 from app.widgets.places import places
 from app.widgets.rest import rest
-from app.widgets.sheet import AskSheet, Sheet
+from app.widgets.sheet import AskSheet
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.alarms.listed import open_list, press, row, silence, tab, wait_for_rows
@@ -210,7 +210,7 @@ def test_a_banner_waits_until_the_hand_has_left(container, app, ui):
     container.holds.hold("Audit")
     ui.wait(lambda: ui.find(Frame).banner.action == "Release")
     place = button.to_window(*button.center)
-    ui.advance(3)
+    ui.advance(STILL - 0.5)
     assert button.to_window(*button.center) == place
     ui.wait(lambda: ui.find_all(Banner))
     assert button.to_window(*button.center) != place
@@ -219,18 +219,6 @@ def test_a_banner_waits_until_the_hand_has_left(container, app, ui):
         ui.tap_at(*widget.to_window(*widget.center))  # without having looked
     ui.wait(lambda: app.shell.background.idle)
     assert (app.shell.navigator.current, len(container.holds.current())) == ("home", 1)
-
-
-def test_a_banner_waits_while_a_sheet_is_open(container, app, ui):
-    sheet = app.shell.sheets.show(Sheet(title="Send"))
-    ui.wait(lambda: not rest.is_on)
-    ui.tap_at(2, 2)
-    container.holds.hold("Audit")
-    ui.wait(lambda: ui.find(Frame).banner.action == "Release")
-    ui.advance(STILL + 2)
-    assert not ui.find(Frame).has_banner
-    app.shell.sheets.close(sheet)
-    ui.wait(lambda: ui.find_all(Banner))
 
 
 def test_the_room_of_a_released_hold_stays_under_the_finger(container, app, ui):
