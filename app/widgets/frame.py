@@ -31,7 +31,7 @@ from app.widgets.places import places
 from app.widgets.rest import BY_ITSELF, rest
 from app.widgets.surfaces import CLEAR, Surface, TonedSurface
 
-STILL = 2.0  # s without a touch, after which no hand is at work. Late starts begin 30 s after their banner has come
+STILL = 2.0  # s without a touch, after which no hand is at work; late starts begin 30 s after they are listed
 
 
 class TopBar(Fires, MDTopAppBar):

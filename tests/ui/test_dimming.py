@@ -12,6 +12,7 @@ from kivy.tests.common import UnitTestTouch
 from app.domain.models import Settings
 from app.screens.frame.dimming import LEFT_ALONE, Dimming, is_night
 from app.widgets.buttons import CommandButton
+from app.widgets.fields import Field, FieldInput
 from app.widgets.frame import TopBar
 from tests.support.clock import VirtualClock
 from tests.ui.whole_app import shown
@@ -79,6 +80,17 @@ def test_a_finger_that_moves_after_waking_it_presses_nothing_either(ui, dimming,
     touch.touch_up()
     ui.advance(1)
     assert pressed == []
+
+
+def test_a_letter_that_makes_it_bright_is_not_typed(ui, dimming):
+    field = ui.find(FieldInput, ui.show(Field(label="Name"), (400, 120)))
+    ui.type(field, "a")
+    leave_alone(dimming)
+    for letter in "bc":
+        Window.dispatch("on_key_down", ord(letter), 0, "", [])
+        Window.dispatch("on_textinput", letter)
+        Window.dispatch("on_key_up", ord(letter), 0)
+    assert field.text == "ac"
 
 
 def test_a_key_that_makes_it_bright_does_nothing_else(ui, dimming, pressed, keys):

@@ -32,7 +32,7 @@ class Dimming:
         self._clock = clock
         self._used_at = 0.0  # s of the monotonic clock
         self._shade: InstructionGroup | None = None  # while it is dark
-        self._waking: Any = None  # the touch that made it bright, until the finger is lifted
+        self._waking: Any = None  # the touch or the key that made it bright, until it is lifted
         self._signs = dict.fromkeys(
             ("on_touch_down", "on_touch_move", "on_touch_up", "on_key_down", "on_textinput"), self._used
         )
@@ -41,6 +41,8 @@ class Dimming:
             "on_touch_move": self._is_waking,
             "on_touch_up": self._is_waking,
             "on_key_down": self._woken_by_key,
+            "on_key_up": self._is_lifted,
+            "on_textinput": self._is_typed_by_it,
         }
 
     @property
@@ -97,11 +99,22 @@ class Dimming:
     def _is_waking(self, _window: Any, touch: Any) -> bool:
         return touch is self._waking
 
-    def _woken_by_key(self, *_args: Any) -> bool:
+    def _woken_by_key(self, _window: Any, key: int, *_args: Any) -> bool:
         if self.is_dark:
+            self._waking = key
             self._wake()
             return True
+        if key != self._waking:  # the one that was lifted over another window
+            self._waking = None
         return False
+
+    def _is_typed_by_it(self, *_args: Any) -> bool:
+        """The letter of a key comes after the key."""
+        return isinstance(self._waking, int)
+
+    def _is_lifted(self, _window: Any, key: int, *_args: Any) -> None:
+        if key == self._waking:
+            self._waking = None
 
     def _wake(self) -> None:
         self._used()

@@ -70,7 +70,7 @@ class Known:
 
     def _take(self, found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
         self._usual |= found[0]
-        self._since = found[1] | {robot_id: since for robot_id, since in self._since.items() if since}
+        self._since |= {robot_id: since for robot_id, since in found[1].items() if not self._since.get(robot_id)}
         self._learnt()
 
 
