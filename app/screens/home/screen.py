@@ -15,7 +15,7 @@ from kivy.uix.widget import Widget
 from app.i18n import _, languages, translator
 from app.screens.common import formats
 from app.screens.common.group_starts import GroupStarts, robots_for
-from app.screens.common.presses import Commands, OfRobot, Presses
+from app.screens.common.presses import Commands, Presses
 from app.screens.common.robot_appearance import why_not
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.started import StartReports
@@ -169,7 +169,7 @@ class HomeViewModel(HomeCommands, ViewModel):
             answered={guid: until for guid, until in before.answered.items() if Clock.get_time() < until},
             seen_running={seen: before.seen_running.get(seen) or self._services.clock.now()} if seen else {},
             cancelling=before.cancelling & queued,
-            clearing=frozenset(each.id for each in facts.robots if self._presses.is_same(OfRobot("clear", each.id))),
+            clearing=frozenset(each.id for each in facts.robots if "clear" in self._presses.names(each.id)),
             mission_names=self._shell.mission_names.known,
         )
 

@@ -9,6 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from app.domain.execution import State
+from app.screens.common.mission_names import NOTHING_KNOWN
+from app.screens.common.presses import OfRobot, Presses
 from app.screens.home import commands
 from app.screens.home.commands import HomeCommands, ResetReport
 from app.screens.home.screen import HomeViewModel
@@ -56,6 +58,19 @@ def test_while_any_robot_of_a_fleet_is_shown_its_robots_are_read_again(selected,
     )
     HomeViewModel._read_again(page)
     assert polled == asked
+
+
+def test_what_stays_after_clear_queue_is_not_being_cancelled():
+    page = SimpleNamespace(
+        facts=FACTS, _presses=Presses(), _shell=SimpleNamespace(mission_names=SimpleNamespace(known=NOTHING_KNOWN))
+    )
+    page._services = SimpleNamespace(clock=SimpleNamespace(now=lambda: NOW))
+    key = OfRobot("clear", AINO.id)
+    page._presses.begin(key)
+    assert HomeViewModel._with_own(page, FACTS).clearing == {AINO.id}
+    page._presses.rest(key)  # it is done, and read a moment later
+    page._presses.end(key)
+    assert HomeViewModel._with_own(page, FACTS).clearing == set()
 
 
 @pytest.mark.parametrize(
