@@ -69,7 +69,9 @@ class World:
         self.row: Execution | None = None
         self.bus, self.ui = UiBus(), ui
         self.shell = Shell(Navigator(None, {}), Dialogs(), Snackbars(), self.bus, AtOnce())
+        self.page = SimpleNamespace(is_open=True)
         self.reports = StartReports(
+            self.page,
             self.shell,
             SimpleNamespace(get=lambda key: self.row if self.row is not None and self.row.id == key else None),
         )
@@ -89,7 +91,7 @@ def world(ui, caplog):
     ui.advance()  # the clock may not have ticked for long
     made = World(ui)
     yield made
-    made.reports.close()
+    made.page.is_open = False
     made.shell.snackbars.clear()
     assert [record.getMessage() for record in caplog.get_records("call") if record.levelno >= logging.ERROR] == []
 
@@ -199,7 +201,7 @@ def test_a_start_is_not_said_to_be_held_when_its_robot_stops_answering(world, ui
 def test_a_sent_start_is_not_said_to_be_held_on_another_screen(world, ui):
     world.row = HELD
     world.reports.follow(HELD)
-    world.reports.close()
+    world.page.is_open = False
     [message] = world.messages
     assert message.startswith("Kits is not sent to Aino yet. ")
     world.becomes(SENT)
@@ -209,10 +211,11 @@ def test_a_sent_start_is_not_said_to_be_held_on_another_screen(world, ui):
 def test_nothing_begins_to_be_said_once_another_screen_is_shown(world, ui):
     world.row = BOUND
     world.reports.follow(BOUND)
-    world.reports.close()
+    world.page.is_open = False
+    world.reports.follow(replace(BOUND, id=8))  # it was written only then
     ui.advance(6)
     world.becomes(SENT)
-    assert world.messages == []
+    assert (world.messages, world.bus._handlers[Changed]) == ([], [])
 
 
 def test_a_start_of_a_group_that_is_not_held_any_more_is_said_to_wait_for_a_robot(world, ui):
@@ -230,7 +233,7 @@ def test_a_start_is_not_followed_after_its_message_ended(world, ui):
     """Not even for a database that was put in the place of this one."""
     world.row = HELD
     world.reports.follow(HELD)
-    world.reports.close()
+    world.page.is_open = False
     world.shell.snackbars.clear()
     world.becomes(SENT)
     assert (world.messages, world.bus._handlers[Changed]) == ([], [])
@@ -276,6 +279,19 @@ def test_each_try_to_reach_a_robot_says_no_more_than_the_first(world, ui):
         assert world.messages == [message]
     ui.advance(3)
     assert world.messages == []
+
+
+def test_an_answer_in_doubt_of_a_later_try_is_said(world, ui):
+    retried = replace(SILENT, wait=Wait.RETRY, wait_details={"problem": "it refused the connection"}, attempts=1)
+    world.row = retried
+    world.reports.follow(retried)
+    answered = replace(retried, state=State.SUBMITTING, wait_details={"answer": "the robot answered: No (status 500)"})
+    world.becomes(answered)
+    [message] = world.messages
+    assert message.startswith("It is not certain that Aino has Kits. ")
+    world.becomes(replace(retried, attempts=2))
+    [message] = world.messages
+    assert message.startswith("Kits is not sent to Aino yet. Attempt 2 failed, ")
 
 
 def test_an_assigned_start_of_a_group_is_said_to_wait_for_the_answer(world, ui):

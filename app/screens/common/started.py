@@ -15,7 +15,8 @@ from app.screens.common import formats
 from app.screens.common.holding import about_start, waiting_words
 from app.screens.common.mission_names import MissionNames
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
-from app.screens.common.view_model import Changed
+from app.screens.common.view_model import Changed, ViewModel
+from app.services.executions.transitions import NOT_WITH_THE_ROBOT
 from app.services.history.runs import History
 from app.services.live.changes import Topic
 from app.widgets.snackbar import SECONDS
@@ -59,26 +60,21 @@ def outcome(execution: Execution, mission_names: MissionNames, is_late: bool = F
 
 @dataclass
 class Followed:
-    """A start whose message is shown (``said``), or not known yet. ``waits``: for what it waited when that was said."""
+    """A start whose message is shown (``said``), or not known yet. ``is_retried``: that says that it is tried again."""
 
     unsubscribe: Callable[[], object]
     is_late: bool = False
     said: str = ""
-    waits: Wait | None = None
+    is_retried: bool = False
 
 
 class StartReports:
-    """Follows the starts made here until their message; then, on every screen, as long as the message is shown, as it
-    may become outdated."""
+    """Follows the starts made on ``page`` until their message, while it is open; then, on every screen, as long as the
+    message is shown, as it may become outdated."""
 
-    def __init__(self, shell: Shell, history: History) -> None:
-        self._shell, self._history = shell, history
+    def __init__(self, page: ViewModel, shell: Shell, history: History) -> None:
+        self._page, self._shell, self._history = page, shell, history
         self._followed: dict[int, Followed] = {}  # by the execution's id
-
-    def close(self) -> None:
-        """Another screen is shown: what is not said yet will not be."""
-        for key in [key for key, each in self._followed.items() if not each.said]:
-            self._forget(key)
 
     def follow(self, execution: Execution) -> None:
         """Ends its earlier message."""
@@ -107,12 +103,12 @@ class StartReports:
             )
 
     def _current(self, key: int) -> Followed | None:
-        """None as soon as the message is closed."""
+        """None as soon as the message is closed, or the page before there is one."""
         each = self._followed.get(key)
-        if each is not None and each.said and each.said not in self._shell.snackbars.texts:
-            self._forget(key)
-            return None
-        return each
+        if each is not None and (each.said in self._shell.snackbars.texts if each.said else self._page.is_open):
+            return each
+        self._forget(key)
+        return None
 
     def _take(self, key: int, found: Execution | None) -> None:
         each = self._current(key)
@@ -121,13 +117,15 @@ class StartReports:
         if found is None or found.cancel_code is not None or found.state is State.CANCELLED:
             self._end(key)
             return
-        if found.state.is_open and found.queue_id is None and found.wait is Wait.RETRY is each.waits:
+        is_unsent = found.state in NOT_WITH_THE_ROBOT and "answer" not in found.wait_details
+        is_retried = is_unsent and found.wait is Wait.RETRY
+        if is_retried and each.is_retried:
             return  # each try says no more than the first
         words = outcome(found, self._shell.mission_names.known, each.is_late)
         if words is None and each.said:  # what kept it back is over
             self.follow(found)
         elif words is not None and words[0] != each.said:
-            each.waits, (each.said, icon, seconds) = found.wait, words
+            each.is_retried, (each.said, icon, seconds) = is_retried, words
             self._shell.snackbars.show(each.said, icon=icon, seconds=seconds, about=about_start(key))
 
     def _end(self, key: int) -> None:

@@ -62,7 +62,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         self.fleet.fbind("is_shown", self._robot_left)
         self._reader = Refresher(shell, self._reading, self.take, self._not_read)
         self.facts = HomeFacts()
-        self.started = StartReports(shell, services.history)
+        self.started = StartReports(self, shell, services.history)
         self._reset = ResetReport(
             lambda text: shell.snackbars.show(text, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
         )
@@ -85,7 +85,6 @@ class HomeViewModel(HomeCommands, ViewModel):
     # ------------------------------------------------------------------ reading
     def opened(self, robot_id: int | None = None) -> None:
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
-        self.keep(self.started.close)
         self.every(READ_EVERY, self._read_again)
         self._reset.forget()
         self.keep(self._reader.start())

@@ -58,14 +58,13 @@ class RunStory(EventDispatcher):
         self._facts: StoryFacts | None = None
         self._is_linked = False  # another screen asked for it: its list has to have it
         self._sheet: StorySheet | None = None
-        self._started = StartReports(shell, services.history)
+        self._started = StartReports(logs, shell, services.history)
         self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: self.run)
         self.fbind("run", self._look_around)
         logs.fbind("rows", self._look_around)
 
     def start(self) -> None:
         """The screen is shown."""
-        self._logs.keep(self._started.close)
         self._logs.keep(self.refresher.start())
 
     def open(self, run: int) -> None:

@@ -56,7 +56,7 @@ class SchedulerViewModel(OnTimeline):
         super().__init__()
         self._services, self._shell, self.sheets = services, shell, shell.sheets
         self._refresher = Refresher(shell, self._reading, self._take)
-        self._started = StartReports(shell, services.history)
+        self._started = StartReports(self, shell, services.history)
         self.actions = ScheduleActions(
             services, shell, self._started, lambda schedule: self._facts.called(schedule), done=self._refresher.request
         )
@@ -85,7 +85,6 @@ class SchedulerViewModel(OnTimeline):
         self.form.retranslated()  # in Settings, since
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._refresher.start())
-        self.keep(self._started.close)
         self.keep(self.advice.opened())
         self.every(1, self._tick)
         self.every(NOW_LINE_SECONDS, self._move_now)
