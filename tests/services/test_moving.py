@@ -438,8 +438,9 @@ def test_the_history_says_when_it_was_planned_before(plant):
     file = io.StringIO()
     write_history(plant.container.db.read(), file)
     heads, *lines = [line.split(",") for line in file.getvalue().splitlines()]
-    moved_from = [line[heads.index("moved_from")] for line in lines]
-    assert moved_from == ["", "2026-11-24T06:30:00+00:00", ""]
+    cells = [(line[heads.index("planned_at")], line[heads.index("moved_from")]) for line in lines]
+    assert cells[1] == ("2026-11-24T09:00:00+00:00", "2026-11-24T06:30:00+00:00")
+    assert cells[0][1] == cells[2][1] == ""
 
 
 def test_a_newer_calendar_file_moves_its_event_and_an_older_one_doesn_t_move_it_back(plant):

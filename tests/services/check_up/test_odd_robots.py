@@ -207,7 +207,8 @@ def test_one_word_for_several_states_is_not_learnt(tmp_path, states):
 
 def test_a_robot_that_bears_little_is_asked_less(tmp_path):
     robot = CheckedRobot(tmp_path, deviant("reboots-under-load"))
-    rest = robot.trial().profile.rest
+    robot.trial()
+    rest = robot.container.catalogue.robot(robot.id).known.rest
     assert robot.machine.reboots == 1  # by the questions that are to show it
     probe = RawClient(robot.asked.client(), robot.asked.clock)
     probe.spare(rest.requests, rest.seconds)
