@@ -183,11 +183,17 @@ class Refresher(Generic[T]):
         self._is_stale = self._job is not None
         if self._job is None:
             work, wanted = self._work(), self._wanted()
-            self._job = self._shell.background.run(
-                work,
-                lambda result: self._ended(self._take if wanted == self._wanted() else lambda _outdated: None, result),
-                lambda problem: self._ended(self._failed, problem),
-            )
+
+            def done(result: T) -> None:
+                self._ended()
+                if wanted == self._wanted():
+                    self._take(result)
+
+            def not_done(problem: BaseException) -> None:
+                self._ended()
+                self._failed(problem)
+
+            self._job = self._shell.background.run(work, done, not_done)
 
     def reread(self) -> None:
         """Something was just stored: a reading under way may have been begun before, and is dropped."""
@@ -209,11 +215,10 @@ class Refresher(Generic[T]):
             self._job.cancel()
             self._job = None
 
-    def _ended(self, say: Callable[[Any], object], found: object) -> None:
+    def _ended(self) -> None:
         self._job = None
         if self._is_stale:
             self.request()
-        say(found)
 
 
 class ScreenBase(MDScreen):

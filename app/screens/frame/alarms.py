@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 
@@ -29,6 +29,7 @@ EMPTY: Mapping[str, Callable[[], str]] = {
     "past": lambda: _("No past alarms"),
 }
 Do = Callable[[Act, Any], object]
+T = TypeVar("T")
 
 
 class NoteSheet(Sheet):
@@ -184,8 +185,7 @@ class AlarmsModel(ViewModel):
         )
 
     def acknowledge(self, ids: Sequence[int]) -> None:
-        acknowledge = self._services.alarms.acknowledge
-        self._shell.background.run(lambda: [acknowledge(each) for each in ids], None, self._shell.say_problem)
+        self._for_each(ids, self._services.alarms.acknowledge)
 
     def _chosen(self, group: Together, chosen: str | int) -> None:
         """In the menu of a row."""
@@ -206,12 +206,12 @@ class AlarmsModel(ViewModel):
     def _text_of(self, group: Together) -> str:
         return group_text(group, self._settings, self._services.clock.now())
 
-    def _for_each(self, alarms: Iterable[Alarm], work: Callable[[Alarm], object]) -> None:
+    def _for_each(self, these: Iterable[T], work: Callable[[T], object]) -> None:
         """Its effect is published on the bus."""
 
         def all_of_them() -> None:
-            for alarm in alarms:
-                work(alarm)
+            for each in these:
+                work(each)
 
         self._shell.background.run(all_of_them, None, self._shell.say_problem)
 

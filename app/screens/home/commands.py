@@ -228,9 +228,12 @@ class HomeCommands(HomeState):
     def answer_of(self, robot: Robot, guid: str, option: str) -> None:
         """Answer that robot's question."""
 
+        def forget(_dt: float) -> None:
+            self.facts = replace(self.facts, answered=self.facts.answered - {guid})
+
         def answered(_none: None) -> None:
-            until = Clock.get_time() + ASKED_UNTIL
-            self.facts = replace(self.facts, answered={**self.facts.answered, guid: until})
+            self.facts = replace(self.facts, answered=self.facts.answered | {guid})
+            Clock.schedule_once(forget, ASKED_UNTIL)
             said = _("Answer sent to {robot}: {answer}").format(robot=robot.name, answer=option)
             self._shell.snackbars.show(said, icon="comment-check-outline")
 

@@ -85,8 +85,7 @@ class HomeFacts:
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
     map: MapPicture | None = None  # that the selected robot is on
     cancelling: frozenset[OnRobot] = frozenset()  # items that the operator has just cancelled
-    # until when a robot may still show a question (guid) that has taken an answer, s of kivy's clock
-    answered: Mapping[str, float] = field(default_factory=dict)
+    answered: frozenset[str] = frozenset()  # questions (guids) just answered, which robots may still show
     clearing: frozenset[int] = frozenset()  # ids of robots whose queues the operator is just having cleared
     reset_without_effect: frozenset[Standing] = frozenset()  # errors that stand although they were reset
     seen_running: Mapping[OnRobot, datetime] = field(

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
-from kivy.clock import Clock
 from kivy.core.window import Window
 from kivy.metrics import dp, sp
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
@@ -165,7 +164,7 @@ class HomeViewModel(HomeCommands, ViewModel):
         queued = {(robot_id, item.id) for robot_id, snapshot in facts.snapshots.items() for item in snapshot.queue}
         return replace(
             facts,
-            answered={guid: until for guid, until in before.answered.items() if Clock.get_time() < until},
+            answered=before.answered,
             seen_running={seen: before.seen_running.get(seen) or self._services.clock.now()} if seen else {},
             cancelling=before.cancelling & queued,
             clearing=frozenset(each.id for each in facts.robots if "clear" in self._presses.names(each.id)),

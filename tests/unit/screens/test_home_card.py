@@ -396,7 +396,7 @@ def test_a_question_has_its_answers_and_none_of_them_stands_out():
     assert (shown.note.tone, shown.note.answers) == ("action", ("Yes", "No", "Skip this stop"))
     assert shown.foot.style == "tonal"
     assert not of(ASKING, age=300).note.answers  # it may have been answered at the robot
-    answered = card(replace(with_aino(ASKING), answered={ASKING.user_prompt.guid: 8.0}))
+    answered = card(replace(with_aino(ASKING), answered=frozenset({ASKING.user_prompt.guid})))
     assert (answered.note.tone, answered.note.answers) == ("neutral", ())  # though the robot still shows it
 
 
