@@ -243,10 +243,12 @@ class MissionsPage(SettingsPage):
             self.context.shell.say_not_done(problem, robot, _("Fetch missions"))
 
     def _fetched(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
-        """Not asked if the user has left the page."""
+        """If the user has left the page, a message says that nothing was added."""
         self.vm.fetching = False
         self.vm.outcome = NoticeView()
         if not self.is_on_screen:
+            said = _("No mission of {robot} was added, as the page was left").format(robot=robot.name)
+            self.context.say(said, "information-outline")
             return
         offered = offers(found, self.context.facts.missions, robot.id)
         if sentence := fetched_sentence(offered, robot):

@@ -60,6 +60,20 @@ def test_while_any_robot_of_a_fleet_is_shown_its_robots_are_read_again(selected,
     assert polled == asked
 
 
+def test_a_question_that_a_robot_shows_long_after_its_answer_is_asked_again(ui):
+    said = SimpleNamespace(snackbars=SimpleNamespace(show=lambda *_args, **_named: None))
+    page = SimpleNamespace(
+        facts=FACTS,
+        _presses=Presses(),
+        _shell=said,
+        act_once=lambda _key, _work, done, _failed: done(None),
+    )
+    HomeCommands.answer_of(page, AINO, "q-1", "Yes")
+    assert page.facts.answered == {"q-1"}
+    ui.advance(commands.ASKED_UNTIL + 0.1)
+    assert page.facts.answered == set()
+
+
 def test_what_stays_after_clear_queue_is_not_being_cancelled():
     page = SimpleNamespace(
         facts=FACTS, _presses=Presses(), _shell=SimpleNamespace(mission_names=SimpleNamespace(known=NOTHING_KNOWN))

@@ -84,13 +84,13 @@ def test_when_everything_is_here_that_is_said(site, app, ui):
     ui.wait(lambda: says(ui, f"All {len(found)} missions of Veikko are already added"))
 
 
-def test_on_another_page_it_is_not_asked_which_are_wanted(site, app, ui):
+def test_on_another_page_it_is_said_that_no_mission_was_added(site, app, ui):
     site.add_robots()
     site.fleet.robots[0].control({"fault": {"kind": "late", "path": "/missions", "count": None, "seconds": 2.0}})
     go(ui, "missions")
     ask(ui, "Aino")
     go(ui, "about")
-    ui.wait(lambda: app.shell.background.idle)
+    ui.wait(lambda: app.shell.snackbars.texts == ["No mission of Aino was added, as the page was left"])
     assert app.shell.dialogs.top is None
     go(ui, "missions")
     site.fleet.robots[0].control({"fault": None})
