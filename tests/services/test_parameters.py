@@ -49,17 +49,16 @@ def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, 
     assert item.parameters[0]["value"] == by_name["Line 1"]
 
 
-def test_a_robot_that_does_not_answer_needs_what_it_has_said_before(site, robot, mission):
-    site.network.down.add("R1")
+def test_what_was_said_before_is_known_of_a_robot_that_does_not_answer(site, robot, mission):
     site.run(10)
-    with pytest.raises(RobotError):
-        asked(site, robot)
-    site.network.down.clear()
-    site.run(600)
+    said_before, other = site.container.parameters.said_before, robot.id + 1
+    assert said_before(robot.id, GO_TO_POSITION) is None
     said = asked(site, robot)
     site.network.down.add("R1")
     site.run(600)
-    assert asked(site, robot) == said
+    with pytest.raises(RobotError):
+        asked(site, robot)
+    assert [said_before(each, GO_TO_POSITION) for each in (robot.id, other)] == 2 * [(said,)]
 
 
 def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, mission):

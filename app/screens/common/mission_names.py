@@ -110,6 +110,12 @@ class SharedMissionNames:
             self.known, parameters={**self.known.parameters, guid: found}, names={**self.known.names, **names}
         )
 
+    def take_stored(self, guid: str, found: Sequence[MissionParameter] | None) -> Sequence[MissionParameter] | None:
+        """What was said earlier, if nothing is known yet. Returns what is known then."""
+        if found is not None and guid not in self.known.parameters:
+            self.take(guid, found)
+        return self.known.parameters.get(guid)
+
 
 class MissionNameLookup:
     """Asks for what a screen shows; ``learnt()`` is called when more is known."""

@@ -21,6 +21,7 @@ from app.services.dispatch.engine import Engine
 from app.services.history.runs import History, RobotStates
 from app.services.live.alarms import Alarms
 from app.services.live.holds import Holds
+from app.services.live.mission_parameters import MissionParameters
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import Plan
 from app.services.planning.planned import PlannedRun
@@ -54,6 +55,7 @@ class HomeServices:
     holds: Holds
     maps: RobotMaps
     operator: Operator
+    parameters: MissionParameters
     plan: Plan
     robot_missions: RobotMissions
     robot_states: RobotStates

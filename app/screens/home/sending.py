@@ -46,10 +46,9 @@ class SendSheet(HomeSheet):
     fields = ListProperty()
     problems = ObjectProperty({}, force_dispatch=True)  # by name of the parameter
 
-    def take(self, found: Sequence[MissionParameter]) -> None:
-        """What the mission asks for. If that is known already, what was entered stays."""
-        self.busy = False
-        if tuple(found) != tuple(self.parameters):
+    def take(self, found: Sequence[MissionParameter] | None) -> None:
+        """What the mission asks for. If that is known already, or is not said, what was entered stays."""
+        if found is not None and tuple(found) != tuple(self.parameters):
             self.parameters, self.fields, self.problems = found, fields_of(found), {}
 
 
@@ -86,15 +85,19 @@ class Sending:
         mission = next((mission for mission in shown if mission.id == mission_id), None)
         if robot is None or mission is None:
             return
-        known = self._shell.mission_names.known.parameters.get(mission.guid) or ()
+        names, guid = self._shell.mission_names, mission.guid
         sheet = SendSheet(sending=self, robot_id=robot.id, mission=mission, title=mission.name)
-        sheet.take(known)
+        sheet.take(names.known.parameters.get(guid))
         sheet.busy = not self._home.card.old  # the robot is asked
         self._put(sheet)
         self._shell.background.run(
-            lambda: self._services.robot_missions.parameters(robot.id, mission.guid),
+            lambda: self._services.parameters.said_before(robot.id, guid),
+            lambda found: sheet.take(names.take_stored(guid, found)),
+        )
+        self._shell.background.run(
+            lambda: self._services.robot_missions.parameters(robot.id, guid),
             lambda found: self.learned(sheet, found),
-            lambda _problem: self.learned(sheet, known),
+            lambda _problem: self.learned(sheet, None),
             apart="parameters",
         )
 
@@ -132,11 +135,12 @@ class Sending:
             key=("home", "durations"),
         )
 
-    def learned(self, sheet: SendSheet, found: Sequence[MissionParameter]) -> None:
-        """From this robot or, if it does not answer, another one."""
-        if found:
+    def learned(self, sheet: SendSheet, found: Sequence[MissionParameter] | None) -> None:
+        """The robot's answer; None: it gave none."""
+        if found is not None:
             self._shell.mission_names.take(sheet.mission.guid, found)
         sheet.take(found)
+        sheet.busy = False
         self.show()
 
     def show(self) -> None:

@@ -27,6 +27,7 @@ from app.services.catalogue.preview import Forecasts
 from app.services.files.plan_export import PlanFiles
 from app.services.history.runs import History
 from app.services.live.holds import Holds
+from app.services.live.mission_parameters import MissionParameters
 from app.services.live.snapshots import Snapshots
 from app.services.planning.plan import LONGEST_RUN, Plan
 from app.services.planning.planned import Conflict, PlannedRun
@@ -57,6 +58,7 @@ class SchedulerServices:
     holds: Holds
     moving: Moving
     operator: Operator
+    parameters: MissionParameters
     pausing: Pausing
     plan: Plan
     plan_files: PlanFiles

@@ -21,8 +21,8 @@ ROBOT_ANSWERS_WITHIN = 3.0  # s for which Save is off
 
 
 class FormParameters(EventDispatcher):
-    """Of the mission in ``draft()``. Until the robot answers they are as another one has told, or those that the schedule has
-    values for. ``learned()`` is called when more is known about robots' missions."""
+    """Of the mission in ``draft()``. Until the robot answers they are as it or another one has said before, or those that the
+    schedule has values for. ``learned()`` is called when more is known about robots' missions."""
 
     fields = ListProperty()
     problems = ObjectProperty({})  # one sentence by name
@@ -85,6 +85,10 @@ class FormParameters(EventDispatcher):
                 self.asking = robot.name
                 self._wait_no_longer.cancel()
                 self._wait_no_longer()
+                self._shell.background.run(
+                    lambda: self._services.parameters.said_before(*asked),
+                    lambda found: self._answered(asked, self._shell.mission_names.take_stored(asked[1], found)),
+                )
         elif not (again and self._has_failed):
             return
         if robot is not None and mission is not None:
@@ -96,10 +100,7 @@ class FormParameters(EventDispatcher):
 
         def answered(found: Sequence[MissionParameter]) -> None:
             self._shell.mission_names.take(asked[1], found)
-            if asked == self._asked:
-                self.asking = self.silent = ""
-                self._take(found)
-                self._learned()  # it may not have the mission at all
+            self._answered(asked, found)
 
         def failed(_problem: BaseException) -> None:
             self._has_failed = True
@@ -112,6 +113,12 @@ class FormParameters(EventDispatcher):
             key=("scheduler", "parameters"),
             apart="parameters",
         )
+
+    def _answered(self, asked: tuple[int, str], found: Sequence[MissionParameter] | None) -> None:
+        if found is not None and asked == self._asked:
+            self.asking = self.silent = ""
+            self._take(found)
+            self._learned()  # it may not have the mission at all
 
     def _parameters_of(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
         self._services.robot_missions.learn_names(robot_id)

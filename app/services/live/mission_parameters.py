@@ -73,11 +73,16 @@ class MissionParameters:
         """The robot's answer of any age; None: none."""
         return self._of(robot_id, guid).parameters
 
+    def said_before(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
+        """The same or else another robot's."""
+        own = self.known(robot_id, guid)
+        return own if own is not None else self._stored.of_any(self._db.read(), guid)
+
     def known_from_any(self, robot_id: int, guid: str) -> Sequence[MissionParameter] | None:
-        """The same or else another robot's, without the positions, which differ between robots."""
+        """The same without another robot's positions, which may differ."""
         if (own := self.known(robot_id, guid)) is not None:
             return own
-        found = self._stored.of_any(self._db.read(), guid)
+        found = self.said_before(robot_id, guid)
         return found and tuple(
             replace(each, choices=(), on_other_maps=()) if each.is_position else each for each in found
         )

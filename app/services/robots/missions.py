@@ -15,7 +15,7 @@ from contextlib import closing
 from app.domain.clock import Clock
 from app.domain.models import InvalidInput, Mission, Robot, existing
 from app.domain.robot import MissionParameter
-from app.mir.errors import ConnectionLost, RobotError, TimedOut, Unreachable
+from app.mir.errors import RobotError
 from app.mir.target import Target
 from app.services.live.mission_parameters import MissionParameters
 
@@ -65,17 +65,11 @@ class RobotMissions:
         return before is None or found != before[1]
 
     def parameters(self, robot_id: int, guid: str) -> Sequence[MissionParameter]:
-        """What has to be given when this mission is queued; of a robot that does not answer, as it or another one has said
-        before. Raises RobotError, or InvalidInput when the robot has been removed."""
+        """What has to be given when this mission is queued. Raises RobotError, or InvalidInput when the robot has been removed."""
         if (lately := self._parameters.recent(robot_id, guid)) is not None:
             return lately
-        try:
-            with self._client(robot_id) as client:
-                return self._parameters.learn(robot_id, guid, client) or ()
-        except (Unreachable, ConnectionLost, TimedOut):
-            if (before := self._parameters.known_from_any(robot_id, guid)) is None:
-                raise
-            return before
+        with self._client(robot_id) as client:
+            return self._parameters.learn(robot_id, guid, client) or ()
 
     def offered(self, robot_id: int, missions: Iterable[Mission]) -> list[Mission]:
         """Those that the robot has, in their order; all if its list has not been read."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
 from kivy.core.window import Window
 
 from app.domain.execution import State, Trigger
 from app.domain.models import Group, Mission
+from app.screens.common.mission_names import NOTHING_KNOWN
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import AllMissionsSheet, SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
@@ -150,7 +152,8 @@ def test_a_missions_parameters_are_asked_for_and_travel_to_the_robot(home, ui):
     ui.wait(lambda: any(item["mission_id"] == GUIDS["Wait at home"] for item in home.aino.state()["queue"]))
 
 
-def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home, ui):
+@pytest.mark.parametrize("is_restarted", [False, True])
+def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home, ui, is_restarted):
     """It would be queued without its parameters and refused once the robot answers."""
     home.site.add_missions("Go to position")
     open_robot(ui, "Veikko")
@@ -160,9 +163,16 @@ def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home,
     home.aino.control({"reboot_seconds": 60})
     home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Aino"))
     ui.wait(lambda: home.root_vm.card.old and ui.find_all(SendTile, text="Go to position"))
+    if is_restarted:
+        home.shell.mission_names.known = NOTHING_KNOWN
     ui.tap(ui.find(SendTile, text="Go to position"))
     ui.wait(lambda: ui.find_all(ChoiceField))
     assert not ui.find(CommandButton, text="Run on Aino").busy
+    ui.tap(ui.find(ChoiceField))
+    ui.advance(0.7)  # no touch where the sheet below was
+    ui.tap(ui.find(OptionRow, title="Press"))
+    ui.wait(lambda: home.shell.background.idle)  # it has not answered
+    assert ui.find(ChoiceField).value == "Press"
 
 
 def test_a_mission_is_searched_among_all_of_them(home, ui):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from datetime import date, datetime, time
+from unittest.mock import Mock
 
 import pytest
 
@@ -213,9 +214,23 @@ def test_a_mission_that_asks_for_something_is_planned_with_the_answers(screen, c
     assert dict(named(container, "Bring pallet to dock", "Aino").parameters) == {"count": 3}
 
 
-def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen, container, ui, monkeypatch):
+@pytest.fixture(params=["its robot answers", "its robot is silent, another one has answered before"])
+def asks_for_a_position(request, screen, container, monkeypatch):
+    """The mission "Bring pallet to dock"."""
     goal = MissionParameter("goal", "Goal", "Reference", choices=(("g-1", "Dock 3"), ("g-2", "Press")), sets="position")
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
+    if request.param == "its robot answers":
+        monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (goal,))
+        return
+    mission = next(mission for mission in container.catalogue.missions() if mission.name == "Bring pallet to dock")
+    other = next(robot for robot in container.catalogue.robots() if robot.name == "Veikko")
+    monkeypatch.setattr(container.parameters, "_answers", {})
+    container.parameters.keep({(other.id, mission.guid): (goal,)})
+    monkeypatch.setattr(screen.shell.mission_names, "known", NOTHING_KNOWN)
+    monkeypatch.setattr(container.robot_missions, "parameters", Mock(side_effect=Unreachable(code="no_answer")))
+
+
+@pytest.mark.usefixtures("asks_for_a_position")
+def test_a_position_is_chosen_by_name_and_nothing_is_planned_without_one(screen, container, ui):
     choose(screen, ui, "Mission", "Bring pallet to dock")
     assert (ui.texts().count("Choose Goal first"), save_button(ui).disabled) == (1, True)
     ui.tap(field(ui, "Goal"))

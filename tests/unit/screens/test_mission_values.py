@@ -53,6 +53,11 @@ def test_other_values_are_said_as_people_write_them():
     assert MissionNames().mission(Mission("Wait", MISSION), values) == f"Wait · 00:05:00 · 3 · Yes · {'x' * 32}…"
 
 
+def test_what_is_stored_does_not_replace_what_is_known():
+    names = SharedMissionNames()
+    assert [names.take_stored(MISSION, stored) for stored in (None, ASKED, ASKED[:1])] == [None, ASKED, ASKED]
+
+
 class Asking:
     """A robot whose answers come at once, or never."""
 
