@@ -154,8 +154,8 @@ class Sending:
         is_due = attempt is None or attempt.wake_at <= mono
         if unsent.state == State.SUBMITTING:
             return is_due and attempt is not None and attempt.phase is Phase.IN_DOUBT
-        # What a person had it wait for may be over; or they are judged together.
-        is_let_go = unsent.wait in (Wait.DUE, Wait.ROBOT, Wait.HOLD, Wait.CLOCK)
+        # What a person had it wait for is over; or they are judged together.
+        is_let_go = unsent.wait in (Wait.DUE, Wait.ROBOT)
         return bool(is_due or is_held or is_let_go or unsent.is_cancelled or now >= unsent.closes_at)
 
     def _may_try(self, row: Execution) -> bool:

@@ -102,11 +102,6 @@ test_constraints = cases_of(
         do(lambda s: s.container.holds.hold("meeting", until=BEGIN + timedelta(minutes=10))),
         [plan(), 590, runs(0), 20, runs(1), 200],
     ),
-    Story(
-        "a released start does not wait for the next look at it",
-        [hold(), plan(), 311, waits(HOLD), do(lambda s: s.container.holds.release()), 1],
-        [true(lambda s: s.row().state is not State.WAITING), 200, runs(1)],
-    ),
 )
 
 test_refused = cases_of(
