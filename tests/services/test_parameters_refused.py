@@ -108,6 +108,19 @@ def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused
     assert site.network.posts() == []
 
 
+def test_a_start_without_what_its_mission_needs_is_refused_unsent(site, mission):
+    site.network.down.add("R1")
+    take(site, schedule({}))
+    site.network.down.clear()
+    site.container.robot_missions.parameters(site.container.catalogue.robots()[0].id, GO_TO_POSITION)
+    site.run(400)
+    (row,) = site.executions(State.FAILED)
+    assert sentence(row.reason, "UTC") == (
+        "It was refused: Position is missing: the robot does not start Go to position without it"
+    )
+    assert site.network.posts() == []
+
+
 def test_one_that_cannot_be_asked_waits_as_for_any_silent_robot(site, mission):
     site.network.down.add("R1")
     take(site, schedule({"Position": "Line 1"}))

@@ -96,9 +96,9 @@ class MissionParameters:
         """The values as the robot wants them: positions by their guid, choices by their value; as they were ``entered``
         if the robot does not say what the mission asks for. None: the robot has to be asked first, as it would refuse
         them by stored values, or these may be outdated."""
-        if not entered:
-            return {}
         kept = self._of(robot_id, guid)
+        if not entered and not kept.parameters:  # most missions ask for nothing
+            return {}
         is_recent = self._clock.monotonic() - kept.at <= VALID_FOR_STARTS
         if kept.parameters is None:
             return dict(entered) if is_recent else None
