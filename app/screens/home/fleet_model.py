@@ -139,6 +139,7 @@ class FleetViewModel(FleetState, ViewModel):
         self.every(1, self._tick)
         self._shell.navigator.all_robots = self.is_shown
         self.keep(self._known.open())
+        self._chosen, self.searches, self.query = None, False, ""  # an old choice would hide who needs a person
         self.retranslated()
 
     def retranslated(self) -> None:

@@ -108,6 +108,8 @@ class AdviceModel(EventDispatcher):
     # ------------------------------------------------------------------ what there is
     def opened(self) -> Callable[[], None]:
         """Compute them when the screen has been drawn, if they are old. Returns what ends it."""
+        if self._computed_at is not None:  # the language may have changed since
+            self.show()
         event = Clock.schedule_once(lambda _dt: self._compute_if_old(), SOON)
         return lambda: event.cancel()
 

@@ -311,6 +311,19 @@ def test_a_count_lists_its_robots_until_it_is_tapped_again(container, robots, ui
         assert head(ui) == "1 needs you"
 
 
+def test_an_arrival_on_the_page_shows_who_needs_a_person(container, robots, ui):
+    with shown(container, ui) as app:
+        see(container, robots[2], sample.STOPPED)
+        ui.wait(lambda: counted(ui) == ["5 ready"])
+        settle(app, ui)
+        ui.tap(ui.find(ChoiceChip, text="5 ready"))
+        app.shell.go("logs")
+        settle(app, ui)
+        app.shell.go("home")
+        settle(app, ui)
+        assert head(ui) == "1 needs you"
+
+
 def test_a_list_ends_when_no_robot_is_in_it_any_more(container, robots, ui):
     with shown(container, ui) as app:
         see(container, robots[2], sample.CHARGING)

@@ -10,6 +10,7 @@ import pytest
 
 from app.container import Container
 from app.database.connection import Database
+from app.i18n import translator
 from app.screens.scheduler.advice import SOON
 from app.screens.scheduler.cards import FormSheet, SuggestionRow
 from app.widgets.buttons import CommandButton, IconButton
@@ -62,6 +63,21 @@ def undo(app, ui, text: str) -> None:
     ui.wait(lambda: ui.find_all(Snackbar, text=text))
     ui.tap(ui.find(root=ui.find(Snackbar, text=text), text="Undo"))
     settle(app, ui)
+
+
+@pytest.mark.long
+def test_they_follow_a_language_that_was_switched_on_another_page(app, ui, monkeypatch):
+    open_all(app, ui)
+    app.shell.go("logs")
+    settle(app, ui)
+    monkeypatch.setattr(app.plan.advice, "compute", lambda: None)
+    translator.use("fi")
+    try:
+        app.shell.go("scheduler")
+        assert ui.find(SuggestionRow).item.support.startswith("20/20")
+    finally:
+        translator.use("en")
+        settle(app, ui)
 
 
 def test_a_suggestion_says_why_and_fills_the_form_which_a_person_saves(app, container, ui):
