@@ -1,8 +1,8 @@
 """Stories: what people and the world do to a site, step by step, and what has to be true then.
 
-A step is a value that acts on a ``Stage``; a number is seconds that pass, a list is its steps, ``each`` is one of several. A story has as
-many quick cases as its longest ``each`` has values, so that each value comes once; all other combinations are ``long``. In the end no row
-is open and no start is on robots twice, unless the story says otherwise.
+A step is a value that acts on a ``Stage``; a number is seconds that pass, a list is its steps, ``each`` is one of several. One case of a
+story is in the default run, which takes any of the values; all other combinations are ``long``. In the end no row is open and no start
+is on robots twice, unless the story says otherwise.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 from functools import wraps
 from itertools import product
 from pathlib import Path
+from zlib import crc32
 
 import pytest
 from hypothesis import settings
@@ -88,12 +89,10 @@ class Step:
 @dataclass(frozen=True)
 class Each:
     values: tuple
-    quick: int
 
 
-def each(*values, quick=100) -> Each:
-    """One of these. Only so many are tried by quick tests."""
-    return Each(values, quick)
+def each(*values) -> Each:
+    return Each(values)
 
 
 def step(act: Callable) -> Callable[..., Step]:
@@ -134,12 +133,12 @@ class Story:
     def cases(self) -> Iterator:
         chosen = [self.on, *(one for one in self.steps if isinstance(one, Each))]
         axes = [one.values for one in chosen]
-        most = max(min(len(one.values), one.quick) for one in chosen)
-        quick = [tuple(number % len(axis) for axis in axes) for number in range(most)]
-        for chosen in sorted(product(*map(range, map(len, axes))), key=lambda chosen: chosen not in quick):
+        number = crc32(self.name.encode())  # the same in every process
+        quick = tuple(number % len(axis) for axis in axes)
+        for chosen in product(*map(range, map(len, axes))):
             values = [axis[index] for axis, index in zip(axes, chosen, strict=True) if len(axis) > 1]
             labels = [self.name, *(said(value) for value in values)]
-            marks = self.marks if chosen in quick else (*self.marks, pytest.mark.long)
+            marks = self.marks if chosen == quick else (*self.marks, pytest.mark.long)
             yield pytest.param(self, chosen, id=", ".join(labels), marks=marks)
 
     def play(self, directory: Path, chosen: tuple[int, ...]) -> None:

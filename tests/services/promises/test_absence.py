@@ -129,7 +129,9 @@ test_absent = cases_of(
     Story("a start being sent is not held", [TWO_LATE, 60, keep_r1(number=0), 200], robots=2, with_window=True),
 )
 
-JUST_BEFORE = each(*(300.0 - before for before in (0.3, 0.05, 1.0, 0.5, 0.2)), quick=3)
+JUST_BEFORE = each(
+    *(300.0 - before for before in (0.3, 0.05, 1.0, 0.5, 0.2)),
+)
 NEEDS_HALF = plan(battery=50)
 
 test_asleep_just_before = cases_of(

@@ -175,7 +175,6 @@ test_jumped = cases_of(
                     (set_up(working_days=("MO", "TU", "WE", "TH", "FR", "SA")), [720, 1320, 1920]),
                 )
             ),
-            quick=6,
         ),
         stays_open=True,
     ),

@@ -116,7 +116,10 @@ test_given_up = cases_of(
         "a copy that arrived while the app was off is found by the next run",
         [set_up(history_limit=1), plan(window=60), hold(), 300 + 3550, post(LATE, 400.0), release(), 100],
         [ends(WINDOW_OVER), tries(1)],
-        each(off_for(5 * 3600), off_for(900), quick=1),
+        each(
+            off_for(5 * 3600),
+            off_for(900),
+        ),
         [60, items("Done"), ends(DONE), tries(1)],
     ),
     Story(

@@ -194,7 +194,6 @@ test_edited = cases_of(
             [plan(window=3), ALL_HELD, later(479, edit(window=60)), later(540, release()), 900],
             [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=None)), later(960, release()), 1300],
             [plan(window=30, finish_by=10), ALL_HELD, later(590, edit(finish_by=60)), later(960, release()), 1300],
-            quick=1,
         ),
         states(COMPLETED),
         on="group",

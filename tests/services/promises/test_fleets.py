@@ -16,7 +16,9 @@ def of_each_fleet(name, *steps, **site):
 test_exactly_one = of_each_fleet(
     "a start ends as one order",
     plan(),
-    each(*([post(fate), 900] for fate in (LOST, ANSWER_LOST, LATE, ERROR_AFTER)), quick=1),
+    each(
+        *([post(fate), 900] for fate in (LOST, ANSWER_LOST, LATE, ERROR_AFTER)),
+    ),
     [ends(DONE), runs(1)],
 )
 test_clear = of_each_fleet(
@@ -26,7 +28,9 @@ test_clear = of_each_fleet(
 test_no_contact = of_each_fleet(
     "an order is found at the fleet, which has lost contact with the robot",
     plan(window=3),
-    each(*([post(fate), 301] for fate in (ANSWER_LOST, ERROR_AFTER)), quick=1),
+    each(
+        *([post(fate), 301] for fate in (ANSWER_LOST, ERROR_AFTER)),
+    ),
     do(lambda s: s.fleet.cut_off({"R1"})),
     [600, true(lambda s: s.row().state in (QUEUED, EXECUTING) and s.row().queue_id)],
     [do(lambda s: s.fleet.cut_off(set())), 900, ends(DONE), runs(1)],

@@ -143,7 +143,9 @@ SEVERAL = plan(at="06:08", every=1, window=60, workdays=False, overlap=Overlap.Q
 test_held_and_still_in_the_future = cases_of(
     Story(
         "it waits for its release when its time has come",
-        each(*(kept(back, rule=rule) for back, rule in BACK_AND_RULES), quick=3),
+        each(
+            *(kept(back, rule=rule) for back, rule in BACK_AND_RULES),
+        ),
         [clock(-10), app_off(cleanly=False), app_on()],
         true(lambda s: [(run.at.minute, run.held) for run in s.container.plan.next(1)] == [(10, True)]),
         WAITS_ON,

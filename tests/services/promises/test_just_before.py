@@ -61,7 +61,6 @@ test_in_hand = cases_of(
                 ]
                 for by in (-3600.0, 40.0, -DAY)
             ),
-            quick=2,
         ),
         [runs(1), 7200, runs(1), ends(DONE)],
     ),

@@ -103,7 +103,13 @@ test_among_wrong_robots = cases_of(
     Story(
         "no start vanishes before a person or the robots correct the clock",
         [robots_off_by(HOUR), daily("06:10"), HALF_AN_HOUR],
-        each([], clock(6), asleep(20), asleep(HOUR), RESTART, quick=2),
+        each(
+            [],
+            clock(6),
+            asleep(20),
+            asleep(HOUR),
+            RESTART,
+        ),
         60,
         each(CONFIRM, robots_off_by(0.0)),
         HAS_ITS_ROW,
@@ -127,7 +133,10 @@ test_among_wrong_robots = cases_of(
     Story(
         "robots whose clocks go wrong later",
         [daily("06:10"), 60, robots_off_by(HOUR), 300, IMPLAUSIBLE, edit(priority=1), 30 * 60],
-        each(asleep(HOUR), asleep(20), quick=1),
+        each(
+            asleep(HOUR),
+            asleep(20),
+        ),
         [60, CONFIRM, HAS_ITS_ROW],
         robots=2,
     ),
