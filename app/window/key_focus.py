@@ -21,7 +21,7 @@ from app.widgets.long_list import LongList, Seat
 from app.widgets.menu import Menu
 from app.widgets.month import MonthDay, MonthGrid
 from app.widgets.places import places
-from app.widgets.rest import rest
+from app.widgets.rest import SETTLES, rest
 from app.widgets.sheet import Finds, Sheet
 from app.widgets.surfaces import Passive
 from app.widgets.tokens import tk
@@ -74,6 +74,14 @@ def _around(target) -> tuple[float, float, float, float]:
     return left, bottom, right - left, top - bottom
 
 
+def _covers(sheet, target) -> bool:
+    """Whether it lies over a part of it; what scrolls is covered with all that is in it, or the ring could scroll under it."""
+    view = [target, *around(target, ScrollView)][-1]
+    (left, bottom), (x, y) = sheet.to_window(*sheet.pos), view.to_window(*view.pos)
+    is_beside = x + view.width <= left + 1 or x >= left + sheet.width - 1
+    return not (is_beside or y + view.height <= bottom + 1 or y >= bottom + sheet.height - 1)
+
+
 def _reveal(target) -> None:
     """Scroll what it is in."""
     for view in parents(target)[1:]:
@@ -104,15 +112,16 @@ def _far(target, other, right, up) -> float:
 
 
 class KeyFocus:
-    """Active from ``start`` to ``stop``. Only the topmost layer is reached: a dialog's targets, else the screen's. A
-    touch ends it. When a dialog or menu that keys have opened closes, the ring continues at the widget that opened it, or
-    its successor. Enter presses the widget with the ring before the dialog's own action; all other keys go to the dialog
-    first. A held key presses once.
+    """Active from ``start`` to ``stop``. Only the topmost layer is reached: a dialog's targets, else the screen's that no
+    sheet covers. A touch ends it. The ring goes into a sheet or menu that Enter has opened, but into no question. When
+    what keys have opened closes, the ring continues at the widget that opened it, or its successor. Enter presses the
+    widget with the ring before the dialog's own action; all other keys go to the dialog first. A held key presses once.
     """
 
     def __init__(self) -> None:
         self.target = None  # what has the ring
-        self._left: list = []  # what had it on the page before
+        self._left: list = []  # what had it on the page before, or below the sheet
+        self._pressed: tuple = ()  # what Enter pressed last on the page or a sheet, and what was open then
         self._openers: list = []  # (dialog, the widget with the ring when it opened, and its place; or None, None)
         self._shown = None
         self._follow = Clock.create_trigger(self._draw, 0, interval=True)
@@ -134,6 +143,7 @@ class KeyFocus:
 
     def forget(self) -> None:
         self.target = None
+        self._pressed = ()
         self._left.clear()
         self._follow.cancel()
         self._clear()
@@ -165,7 +175,15 @@ class KeyFocus:
                 if isinstance(widget, Chart)
                 else widget.children[::-1]
             )
+        for at, widget in enumerate(found):
+            for sheet in around(widget, Sheet):
+                return [*(below for below in found[:at] if not _covers(sheet, below)), *found[at:]]
         return found
+
+    def _opened(self):
+        """The sheet or menu that is open, or None."""
+        tops = (each for target in self.targets() for each in around(target) if isinstance(each, Menu | Sheet))
+        return next(tops, None)
 
     # ------------------------------------------------------------------ keys
     def _key_down(self, _window, key, _scancode=None, _text=None, modifiers=()):
@@ -182,6 +200,8 @@ class KeyFocus:
             and self.target.state == "normal"
             and not getattr(self.target, "busy", False)
         ):
+            if not self._openers:  # what is chosen there may open something instead of them
+                self._pressed = self.target, self._opened()
             self.target.trigger_action(0.1)
         return True
 
@@ -309,8 +329,10 @@ class KeyFocus:
         while self._openers and not (parents(self._openers[-1][0]) and getattr(self._openers[-1][0], "is_open", True)):
             _dialog, opener, place = self._openers.pop()
         if place is not None and self.target is not None and self.target not in (reached := self._reached()):
-            self.target = opener if opener in reached else self._nearest(place) or self.target
-        while self._left and not (parents(self.target) and self.target in self._reached()):
+            self.target = (
+                opener if opener in reached or self._has_opened(opener) else self._nearest(place) or self.target
+            )
+        while self._left and not self._openers and not (parents(self.target) and self.target in self._reached()):
             self.target = self._left.pop()
 
     def _nearest(self, place):
@@ -318,26 +340,27 @@ class KeyFocus:
         near = min(self.targets(), key=lambda target: _away(target, place), default=None)
         return near if near is not None and _away(near, place) <= tk.h_touch else None
 
+    def _has_opened(self, target) -> bool:
+        """Enter on it has opened something."""
+        return target in self._pressed[:1] and self._opened() not in (None, self._pressed[1])
+
     def _go_in(self) -> None:
-        """Move the ring to the widget that receives it (``receives_ring``) on a page that has replaced the one with the
-        ring, which keeps it for later; else into the sheet."""
-        if parents(self.target):
+        """Move the ring into the sheet or menu that is open, past its head, but into no question; else to the widget
+        that receives it (``receives_ring``) on the page that has replaced the one with the ring. It returns from there."""
+        targets, opened = self.targets(), self._opened()
+        if opened is None:
+            inside = [target for target in targets if getattr(target, "receives_ring", False)]
+        elif isinstance(opened, Menu) or opened.is_picker or not opened.is_question:
+            inside = [target for target in targets if opened in around(target)]
+        else:
             return
-        targets = self.targets()
-        receiver = next((target for target in targets if getattr(target, "receives_ring", False)), None)
-        sheets = [
-            (target, sheet)
-            for target in targets
-            for sheet in around(target, Sheet)
-            if sheet.is_picker or not sheet.is_question
-        ]
-        if receiver is not None:
-            self._left.append(self.target)
-            self.target = receiver
-        elif sheets:
-            bodies = (target for target, sheet in sheets if sheet.ids.body.__self__ in around(target))
-            self.target = next(bodies, sheets[0][0])
-            if dock.question is not None:
+        head = opened.ids.head.__self__ if isinstance(opened, Sheet) else None
+        if inside:
+            rest.ignore_keys(SETTLES)  # a second Enter is not meant for what is in it
+            if not self._openers:  # they know where it returns to
+                self._left.append(self.target)
+            self.target = next((target for target in inside if head not in around(target)), inside[0])
+            if opened is dock.question is not None:
                 self._go_to_chosen(targets)
 
     def _go(self, target) -> None:
@@ -357,9 +380,10 @@ class KeyFocus:
     def _draw(self, _dt) -> None:
         if not parents(self.target):
             self._come_back()
+        if not parents(self.target) or self._has_opened(self.target):
             self._go_in()
         target = self.target
-        if target is None or not parents(target):
+        if target is None or not (parents(target) or self._openers):
             self.forget()
             return
         seen = target in self.targets() and dock.field is None  # else keys go to the field

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import date, timedelta
+from datetime import date, time, timedelta
 
 import pytest
 from kivy.core.window import Window
@@ -17,8 +17,9 @@ from app.widgets.items import Item, Option
 from app.widgets.long_list import LongList
 from app.widgets.menu import Menu
 from app.widgets.month import MonthDay
+from app.widgets.pickers import TimeSheet
 from app.widgets.scrolling import ScrollPage
-from app.widgets.sheet import Sheet
+from app.widgets.sheet import Sheet, SheetPlace
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB
 from tests.ui.ring import page_of
 
@@ -203,6 +204,54 @@ def test_what_replaced_the_opener_has_the_ring(ui, keys):
     assert keys.target.text == "Three"
 
 
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("opens", "reached"),
+    [
+        (lambda row: Menu(anchor=row, items=[Option("edit", "Edit"), Option("delete", "Delete")]).open(), "Edit"),
+        (lambda _row: Sheets().ask("Sure?", "It is gone then.", "Delete", print, "Keep"), None),
+        (lambda _row: Sheets().pick(TimeSheet(time(15, 0), title="Time"), print), "Set 15:00"),
+    ],
+    ids=["menu", "question", "time"],
+)
+def test_the_ring_goes_into_what_enter_opens_but_no_question_and_back(ui, keys, opens, reached):
+    page = ui.show(page_of("One", "Two"), (300, 300))
+    two = ui.find(CommandButton, page, text="Two")
+    two.bind(on_release=opens)
+    for key in (TAB, TAB, ENTER):
+        ui.key(key)
+    ui.advance(1)
+    ringed = [getattr(each, "text", "") or each.item.text for each in keys.targets() if each is keys.target]
+    assert ringed == ([reached] if reached else [])
+    close(ui)
+    assert keys.target is two
+
+
+@pytest.mark.long
+def test_the_ring_goes_from_a_menu_into_the_sheet_and_back_through_its_question(ui, keys):
+    place = SheetPlace()
+    place.add_widget(page_of("Dots", "Two"))
+    page, sheets = ui.show(place, (300, 300)), Sheets(place)
+    dots, button = ui.find(CommandButton, page, text="Dots"), CommandButton(text="Delete", height=64)
+    sheet = Sheet(title="Mission")
+    sheet.add_widget(button)
+    button.bind(on_release=lambda _button: sheets.ask("Sure?", "It is gone then.", "Delete", print, "Keep"))
+    menu = Menu(anchor=dots, items=[Option("edit", "Edit")])
+    menu.bind(on_choose=lambda *_args: sheets.show(sheet))
+    dots.bind(on_release=lambda _dots: menu.open())
+    for key, reached in (
+        (TAB, dots),
+        (ENTER, None),
+        (ENTER, button),
+        (ENTER, button),
+        (ESCAPE, button),
+        (ESCAPE, dots),
+    ):
+        ui.key(key)
+        ui.advance(1)
+        assert reached in (None, keys.target)
+
+
 def test_one_escape_too_many_hides_the_ring(ui, keys):
     ui.show(page_of("One", "Two", "Three"), (300, 300))
     for key in (TAB, TAB, ESCAPE):
@@ -303,7 +352,7 @@ def test_the_ring_of_a_button_that_goes_is_in_the_sheet_that_comes(ui, keys):
     def begin(button) -> None:
         button.parent.remove_widget(button)
         sheets.show(sheet)
-        sheets.pick(ChoiceSheet(title="Mission", options=[Option(n, f"Option {n}") for n in range(5)]), print)
+        sheets.pick(ChoiceSheet(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)]), print)
 
     ui.find(CommandButton, text="New").bind(on_release=begin)
     ui.key(TAB)

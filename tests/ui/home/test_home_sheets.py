@@ -7,9 +7,10 @@ from collections.abc import Callable
 import pytest
 from kivy.core.window import Window
 
-from app.screens.home.cards import RobotFoot
+from app.screens.home.cards import RobotFoot, SendTile, TodayRow
 from app.screens.home.screen import HomeViewModel
 from app.widgets.sheet import Sheet
+from app.window.key_focus import ENTER, ESCAPE
 from tests.screenshots.home import home
 from tests.support import home_facts as sample
 from tests.ui.looks import targets
@@ -66,3 +67,19 @@ def test_a_sheet_that_is_turned_lies_as_if_it_were_opened_there(ui, size):
             vm.sending.open(sample.KITS.id)
             ui.advance(0.5)
             assert lies == (ui.find(Sheet).pos, ui.find(Sheet).size)
+
+
+@pytest.mark.parametrize(("size", "covered"), [((1280, 800), SendTile), ((800, 1280), TodayRow)])
+def test_the_ring_goes_from_a_tile_into_its_sheet_and_back_and_never_under_it(ui, keys, size, covered):
+    with window(ui, size) as rig:
+        home(rig, sample.FACTS)
+        ui.advance(0.5)
+        tile = ui.find_all(SendTile)[0]
+        keys._go(tile)
+        ui.key(ENTER)
+        ui.advance(0.5)
+        assert keys.target.text == "Run on Aino"
+        assert not [target for target in keys.targets() if isinstance(target, covered)]
+        ui.key(ESCAPE)
+        assert keys.target is tile
+        keys.forget()
