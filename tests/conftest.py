@@ -78,7 +78,6 @@ def pytest_collection_finish() -> None:
     """What was imported and collected stays to the end: to search it for garbage again and again is a tenth of the time of quick tests,
     and a fifth of the time to collect them."""
     gc.enable()
-    gc.collect()
     gc.freeze()
     gc.set_threshold(50_000, 20, 10)
 

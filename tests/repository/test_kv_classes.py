@@ -11,10 +11,6 @@ import pytest
 from app.widgets import KV_DIR, MODULES, WIDGETS_KV
 
 ROOT = KV_DIR.parent
-SOURCES = {
-    ".".join(path.relative_to(ROOT).with_suffix("").parts): ast.parse(path.read_text(encoding="utf-8"))
-    for path in (ROOT / "app").rglob("*.py")
-}
 
 
 def classes(tree: ast.Module) -> set[str]:
@@ -24,8 +20,6 @@ def classes(tree: ast.Module) -> set[str]:
     return named | {name.id for name in assigned if isinstance(name, ast.Name)}
 
 
-CLASSES = {name: classes(tree) for name, tree in SOURCES.items()}
-OURS = set().union(*CLASSES.values())
 NAMED = re.compile(r"^ +([A-Z]\w+):", re.M)
 WIDGETS = [f"app.widgets.{name}" for name in MODULES]
 PLACES = {
@@ -42,27 +36,37 @@ PLACES = {
 }
 
 
-def imported(*modules: str) -> set[str]:
+@pytest.fixture(scope="module")
+def sources() -> dict[str, ast.Module]:
+    """Of all modules, by their names."""
+    return {
+        ".".join(path.relative_to(ROOT).with_suffix("").parts): ast.parse(path.read_text(encoding="utf-8"))
+        for path in (ROOT / "app").rglob("*.py")
+    }
+
+
+def imported(sources: dict[str, ast.Module], *modules: str) -> set[str]:
     """These and what they import at once, not later in a function or for types only."""
     seen: set[str] = set()
     new = list(modules)
     while new:
         name = new.pop()
-        if name in SOURCES and name not in seen:
+        if name in sources and name not in seen:
             seen.add(name)
-            for node in SOURCES[name].body:
+            for node in sources[name].body:
                 if isinstance(node, ast.ImportFrom) and node.module:
                     new += [node.module, *(f"{node.module}.{each.name}" for each in node.names)]
     return seen
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_the_classes_of_a_kv_file_are_registered_by_the_module_that_loads_it(place):
+def test_the_classes_of_a_kv_file_are_registered_by_the_module_that_loads_it(sources, place):
     files = sorted(KV_DIR.glob(f"{place}.kv"))
     assert files
-    known = set().union(*(CLASSES[name] for name in imported(*WIDGETS, PLACES[place])))
+    ours = {name: classes(tree) for name, tree in sources.items()}
+    known = set().union(*(ours[name] for name in imported(sources, *WIDGETS, PLACES[place])))
     for file in files:
-        unknown = OURS & set(NAMED.findall(file.read_text(encoding="utf-8"))) - known
+        unknown = set().union(*ours.values()) & set(NAMED.findall(file.read_text(encoding="utf-8"))) - known
         assert not unknown, f"{file.relative_to(ROOT)}: {unknown}"
 
 

@@ -126,6 +126,8 @@ def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[
     for problem in broken:
         traceback.print_exception(problem)
     failed = len(broken)
+    gc.disable()  # each picture collects its own
+    gc.freeze()
     for item in PICTURES.values():
         if size in item.sizes and (not names or item.name in names):
             failed += not _take_in_themes(studio, item, out, [theme for theme in themes if theme in item.themes])
@@ -156,4 +158,5 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
     finally:
         studio.clear()
         gc.collect()  # widgets of pictures before would be recoloured with every switch
+        gc.freeze()  # what is left stays to the end
     return True
