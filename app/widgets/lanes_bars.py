@@ -27,6 +27,7 @@ ICONS = {  # of the states that a fill alone doesn't say
     "failed": ("alert-circle", "fault"),
     "skipped": ("skip-next-circle-outline", "attention"),
     "held": ("hand-back-right", "attention"),
+    "refused": ("alert-circle-outline", "attention"),
 }
 ICON = 20  # dp
 
@@ -123,7 +124,7 @@ def paint_icon(one: Placed, x: float) -> None:
 def paint_look(state: str, look: Colours, boxes: Sequence[Box]) -> None:
     """Bars of one state."""
     corners = (0 if state in DID else int(dp(RADIUS)),) * 4
-    is_dashed, ring = state in ("draft", "was"), 2 if state in ("skipped", "held") else 1
+    is_dashed, ring = state in ("draft", "was"), 2 if state in ("skipped", "held", "refused") else 1
     if look.edge == look.fill or is_dashed:
         Color(*look.fill)
         boxes_of(boxes, *(patch(corners) if any(corners) else ()))

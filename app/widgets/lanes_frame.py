@@ -52,6 +52,7 @@ TOKENS = {  # by the state of a bar
     "failed": Colours("fault_bg", "fault_on", "fault"),
     "skipped": Colours("surface", "ink2", "attention_solid"),
     "held": Colours("surface", "ink2", "attention_solid"),
+    "refused": Colours("surface", "ink2", "attention_solid"),
 }
 # in high contrast, where tints are solid
 STRONG = {

@@ -77,6 +77,17 @@ def test_what_is_known_refuses_a_schedule_and_run_now_without_asking(site, robot
         site.container.operator.run_now(robot.id, mission.id)
 
 
+def test_what_is_planned_and_would_be_refused_is_known_before_its_time(site, robot, mission, plan):
+    catalogue = site.container.catalogue
+    saved = plan(START, mission_id=mission.id)  # before its robot has said what the mission needs
+    assert catalogue.refused() == {}
+    site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
+    assert list(catalogue.refused()) == [saved.id]
+    assert str(catalogue.refused()[saved.id]).startswith("Position is missing")
+    catalogue.switch_schedule(saved.id, False)
+    assert catalogue.refused() == {}
+
+
 def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
     rule = {"name": "R1", "idle": {"mission": "Go to position"}}
     with pytest.raises(

@@ -19,7 +19,7 @@ from app.widgets.tokens import apply_theme, tk
 from tests.ui import checks
 from tests.ui.drawing import LANES, fingers, fired, hex_of, instructions, put_down, textures, words_of
 
-LOOKS = ("planned", "running", "past", "failed", "skipped", "held")
+LOOKS = ("planned", "running", "past", "failed", "skipped", "held", "refused")
 
 
 @pytest.mark.parametrize("theme", THEMES)
@@ -51,12 +51,12 @@ def test_what_has_ended_is_seen_on_a_closed_day(ui, stage, theme):
 
 @pytest.mark.parametrize("theme", THEMES)
 def test_no_two_kinds_of_bars_look_the_same(ui, stage, theme):
-    """What was not run and what is on hold differ by their icons, a draft and what it changes by their dashes."""
+    """What was not run, what is on hold and what would be refused differ by their icons, a draft and what it changes by their dashes."""
     apply_theme(stage.theme_cls, theme)
     looks = lanes_frame.colours()
     plain = [looks[name] for name in ("planned", "running", "past", "failed", "skipped")]
     assert len({(tuple(one.fill), tuple(one.edge)) for one in plain}) == len(plain)
-    assert ICONS["skipped"] != ICONS["held"]
+    assert len({ICONS[name] for name in ("skipped", "held", "refused")}) == 3
     for one in looks.values():
         assert checks.contrast_ratio(hex_of(one.ink), hex_of(one.fill)) >= 4.5
 

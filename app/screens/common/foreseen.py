@@ -1,7 +1,9 @@
-"""Planned starts that any robot of a group may take: the robot that will probably take them, always marked as a
-forecast. Pure."""
+"""What is foreseen of planned starts: that they are refused; of a group's the robot that will probably take them, always
+marked as a forecast. Pure."""
 
 from __future__ import annotations
+
+from collections.abc import Collection
 
 from app.domain.models import Connection
 from app.i18n import _
@@ -24,9 +26,15 @@ def label(run: PlannedRun, words: str) -> str:
     return f"{ABOUT} {words}" if run.is_approximate else words
 
 
-def lack(run: PlannedRun) -> str:
-    """In a few words, that no robot can do it, as far as is known."""
-    return _("no robot of the group has the mission") if run.lacks_mission else ""
+def lack(run: PlannedRun, refused: Collection[int]) -> str:
+    """In a few words, why no robot can do it, as far as is known. ``refused``: schedules whose values no robot takes."""
+    if run.lacks_mission:
+        return _("no robot of the group has the mission")
+    return wrong_values() if run.schedule.id in refused else ""
+
+
+def wrong_values() -> str:
+    return _("a value is missing or wrong")
 
 
 def silence(run: PlannedRun, connection: Connection | None) -> str:

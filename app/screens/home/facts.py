@@ -78,6 +78,7 @@ class HomeFacts:
     )  # guids of missions by robot, as far as they have been read
     open: tuple[Execution, ...] = ()  # under way or waiting, of all robots
     planned: tuple[PlannedRun, ...] = ()  # on the selected robot, as far as is known
+    refused: frozenset[int] = frozenset()  # schedules whose values no robot takes
     finished: tuple[Execution, ...] = ()  # the last ones of the selected robot to end, newest first
     expected: Mapping[str, DurationEstimate] = field(default_factory=dict)  # by guid, on the selected robot
     names: Mapping[str, str] = field(default_factory=dict)  # of missions by guid, as the selected robot calls them
@@ -293,6 +294,7 @@ def _read_plan(services: HomeServices) -> HomeFacts:
         robots=by_name(services.catalogue.robots()),
         groups=by_name(services.catalogue.groups()),
         open=tuple(services.history.open()),
+        refused=frozenset(services.catalogue.refused()),
     )
     if facts.groups:
         facts = replace(facts, all_missions=tuple(services.catalogue.missions()))

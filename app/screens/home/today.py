@@ -278,7 +278,7 @@ def _planned(facts: HomeFacts, robot: Robot, now: datetime) -> Iterator[Item]:
             ("planned", run.schedule.id, run.at),
             planned_name(facts, run),
             meta=meta,
-            meta_tone="attention" if run.lacks_mission else "",
+            meta_tone="attention" if foreseen.lack(run, facts.refused) else "",
             lead=formats.clock_time(run.at, zone),
             icon=HAND if held else "clock-outline",
             strong=False,
@@ -299,8 +299,8 @@ def _why_not_planned(facts: HomeFacts, run: PlannedRun, robot: Robot, now: datet
     if hold is not None:
         late = rules.closes_at(run.at, run.schedule.start_window_minutes, settings)
         return _("on hold, not run") if hold.until is not None and late <= hold.until else _("on hold")
-    if run.lacks_mission:
-        return foreseen.lack(run)
+    if lack := foreseen.lack(run, facts.refused):
+        return lack
     is_stopped = status is not None and status.state in STOPPED and not is_old(facts.snapshot, now, settings)
     return _("if {robot} is back").format(robot=robot.name) if is_stopped else ""
 

@@ -12,6 +12,7 @@ from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
 from app.screens.common.holding import HAND, waiting_words
 from app.screens.common.priorities import word
+from app.screens.common.problems import sentence_of
 from app.screens.scheduler import of_groups
 from app.screens.scheduler.contested import Contested
 from app.screens.scheduler.facts import SchedulerFacts
@@ -116,7 +117,9 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
     is_elsewhere = (whole.robot_id, whole.group_id) != (run.schedule.robot_id, run.schedule.group_id)
     whose = of_groups.target_text(facts.target(whole)) if is_elsewhere else ""
     moved = _moved(facts, run.schedule.moved_from, run.at, now, whose)
-    note = _lines(facts.name(run.schedule), when, moved, foreseen.sentence(run), length, held, *contested)
+    refused = facts.refused.get(run.schedule.id)
+    wrong = sentence_of(refused) if refused is not None else ""
+    note = _lines(facts.name(run.schedule), when, moved, foreseen.sentence(run), wrong, length, held, *contested)
     return Card(facts.mission_names.start(run), note, items)
 
 

@@ -13,7 +13,7 @@ from app.database.robots import Hold
 from app.domain import names
 from app.domain.clock import MOMENT, Clock
 from app.domain.execution import Execution
-from app.domain.models import Connection, Group, Mission, Robot, Schedule, Settings
+from app.domain.models import Connection, Group, InvalidInput, Mission, Robot, Schedule, Settings
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames, Start
 from app.screens.common.name_order import by_name
@@ -106,6 +106,7 @@ class SchedulerFacts:
     groups: tuple[Group, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
+    refused: Mapping[int, InvalidInput] = field(default_factory=dict)  # by schedule: why no robot takes its values
     last: Mapping[int, Execution] = field(default_factory=dict)  # by schedule: its newest execution
     planned: tuple[PlannedRun, ...] = ()  # within the window, or the next days for the list
     conflicts: tuple[Conflict, ...] = ()  # of them, in order of time
@@ -229,6 +230,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         groups=by_name(catalogue.groups()),
         missions=tuple(catalogue.missions()),
         schedules=schedules,
+        refused=catalogue.refused(),
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
         planned=planned.runs,
         conflicts=planned.conflicts,

@@ -296,7 +296,7 @@ def _planned_bar(facts: SchedulerFacts, run: PlannedRun, read: Range) -> Bar:
         start,
         start + (run.usual_s or ASSUMED_S) / 3600,
         foreseen.label(run, name),
-        "held" if facts.hold_of(run) is not None else "planned",
+        "held" if facts.hold_of(run) is not None else "refused" if run.schedule.id in facts.refused else "planned",
         movable=run.begins == run.at,
     )
 

@@ -11,7 +11,7 @@ from app.domain import rules
 from app.domain.execution import State
 from app.domain.models import WEEKDAYS, Group, Schedule
 from app.i18n import _, ngettext
-from app.screens.common import execution_appearance, formats
+from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.holding import held_note, run_words
 from app.screens.common.robot_appearance import silence_word
 from app.screens.common.start_now import why_not
@@ -197,6 +197,8 @@ def _why_not_next(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> s
         return _("no robot of the group is switched on")
     if of_groups.all_lack_mission(facts, schedule):
         return _("no robot of the group has the mission")
+    if schedule.id in facts.refused:
+        return foreseen.wrong_values()
     if schedule.paused_until is not None and schedule.paused_until > now:
         return _("paused until {time}").format(
             time=formats.day_or_time(schedule.paused_until, facts.settings.timezone, now)

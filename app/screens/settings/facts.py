@@ -56,6 +56,7 @@ class SettingsFacts:
     fleets: tuple[Fleet, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
+    refused: frozenset[int] = frozenset()  # schedules whose values no robot takes
     groups: tuple[Group, ...] = ()
     places: tuple[Place, ...] = ()
     proposed: tuple[ProposedPlace, ...] = ()
@@ -169,6 +170,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         fleets=fleets,
         missions=tuple(catalogue.missions()),
         schedules=tuple(catalogue.schedules()),
+        refused=frozenset(catalogue.refused()),
         groups=by_name(catalogue.groups()),
         places=tuple(catalogue.places()),
         proposed=tuple(services.proposed_places.all()),

@@ -29,4 +29,5 @@ class SetupPage(SettingsPage):
             said = _("{step} left out").format(step=step.title)
             context.change(lambda: leave_out(key), undo=(said, lambda: leave_out(key, wanted=True)))
         else:
-            context.shell.go("settings", section=step.section, **({} if step.is_done else dict(step.intent)))
+            where = {"section": step.section} if step.section else {}
+            context.shell.go(step.screen, **where, **({} if step.is_done else dict(step.intent)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +10,7 @@ from app.domain.check_up import Level
 from app.domain.models import Fleet, Robot, Settings
 from app.i18n import _, ngettext
 from app.screens.common import formats
+from app.screens.common.foreseen import wrong_values
 from app.screens.common.robot_appearance import silence_word
 from app.screens.settings.check_up_view import counts, outdated
 from app.screens.settings.facts import SettingsFacts
@@ -23,7 +24,7 @@ OPTIONAL = ("favourites", "days", "backup", "pin")
 @dataclass(frozen=True)
 class Step:
     """``support`` says how it stands, ``action`` is the word of the button that leads to where it is done: to the ``section`` of Settings,
-    with ``intent``. ``is_wrong``: it was done, and something is wrong now."""
+    or another ``screen``, with ``intent``. ``is_wrong``: it was done, and something is wrong now."""
 
     key: str
     title: str
@@ -33,11 +34,13 @@ class Step:
     section: str
     intent: tuple[tuple[str, Any], ...] = ()
     is_wrong: bool = False
+    screen: str = "settings"
 
 
 def steps(facts: SettingsFacts) -> list[Step]:
     """In the order in which they are best taken, without those that somebody does not want."""
-    found = [_robots(facts), _check_ups(facts), *_missions(facts), _days(facts), _backup(facts), _pin(facts)]
+    found = [_robots(facts), _check_ups(facts), *_missions(facts), *_values(facts)]
+    found += [_days(facts), _backup(facts), _pin(facts)]
     return [step for step in found if step.is_done or step.key not in facts.steps_left_out]
 
 
@@ -96,6 +99,13 @@ def _missions(facts: SettingsFacts) -> list[Step]:
         Step("missions", _("Missions fetched"), fetched, bool(missions), _("Fetch"), "missions", (("fetch", True),)),
         Step("favourites", _("Favourites"), on_home, bool(stars), _("Choose"), "missions"),
     ]
+
+
+def _values(facts: SettingsFacts) -> Iterator[Step]:
+    """Only while a schedule would not start for its values."""
+    for schedule in [each for each in facts.schedules if each.id in facts.refused][:1]:
+        support, intent = f"{schedule.name}: {wrong_values()}", (("schedule_id", schedule.id),)
+        yield Step("values", _("Schedules can start"), support, False, _("Show"), "", intent, True, "scheduler")
 
 
 def _days(facts: SettingsFacts) -> Step:

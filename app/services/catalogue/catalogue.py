@@ -21,7 +21,18 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import STEPS_LEFT_OUT, CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
-from app.domain.models import DayException, Fleet, Group, IdleRule, Mission, Place, Robot, Schedule, Settings
+from app.domain.models import (
+    DayException,
+    Fleet,
+    Group,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Place,
+    Robot,
+    Schedule,
+    Settings,
+)
 from app.domain.robot import MissionParameter
 from app.services.catalogue import (
     checks,
@@ -101,6 +112,15 @@ class Catalogue:
     def schedule(self, schedule_id: int) -> Schedule | None:
         """Also a single start that was moved."""
         return self._schedules.get(self._db.read(), schedule_id)
+
+    def refused(self) -> dict[int, InvalidInput]:
+        """By schedule that has starts, also single ones that were moved: why no robot would take them with their values, as far as is
+        known."""
+        c = self._db.read()
+        runners = parameter_check.Runners(c)
+        ahead = (schedule for schedule in self._schedules.all(c) if schedule.enabled and schedule.next_at is not None)
+        found = {schedule.id: runners.check(schedule, self.known_parameters).problem for schedule in ahead}
+        return {number: problem for number, problem in found.items() if problem is not None}
 
     def day_exceptions(self) -> list[DayException]:
         """Days off and extra working days."""

@@ -327,6 +327,11 @@ def test_a_start_of_a_group_names_it_and_that_no_robot_can_do_it():
     assert (row.meta, row.meta_tone) == ("no robot of the group has the mission", "attention")
 
 
+def test_a_start_without_a_value_that_its_mission_needs_says_so_before_its_time():
+    [first, *_others] = planned(replace(FACTS, refused=frozenset([FACTS.planned[0].schedule.id])))
+    assert (first.meta, first.meta_tone) == ("a value is missing or wrong", "attention")
+
+
 def test_nothing_of_the_plan_starts_by_itself_while_all_is_on_hold():
     assert [row.icon for row in planned(on_hold(FACTS))] == [HAND, "clock-outline"]  # the second is after the hold
     assert [row.meta for row in planned(on_hold(FACTS))] == ["on hold, not run", ""]

@@ -7,7 +7,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.execution import Reason, ReasonCode, State
-from app.domain.models import Between, Connection, Group
+from app.domain.models import Between, Connection, Group, InvalidInput
 from app.screens.common.mission_names import MissionNames
 from app.screens.scheduler import bar_card, view
 from app.screens.scheduler.timeline import ASSUMED_S, timeline
@@ -118,6 +118,15 @@ def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last(
 def test_a_schedule_says_when_or_why_not(changes, words):
     [row] = view.schedule_rows(facts(schedules=(replace(HOURLY, **changes),)), NOW)
     assert (row.lead, row.place, row.support) == words
+
+
+def test_a_schedule_without_a_value_that_its_mission_needs_says_so_before_its_time():
+    plan = facts(planned=(planned(22),), refused={7: InvalidInput("parameters", "{name} is missing", name="Pallets")})
+    [row] = view.schedule_rows(plan, NOW)
+    assert row.support == "Daily 06:00 · a value is missing or wrong"
+    [bar] = timeline(plan, NOW).lanes[0].bars
+    assert bar.state == "refused"
+    assert "Pallets is missing" in bar_card.start_card(plan, plan.planned[0], NOW).text.splitlines()
 
 
 ONCE = replace(HOURLY, id=9, start=datetime(2026, 11, 20, 6, 30), recurrence=None, next_at=None)

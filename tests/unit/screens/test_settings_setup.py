@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from app.domain.check_up import Finding, Level, Report, RobotProfile, Topic
-from app.domain.models import Connection, Fleet, Mission, Robot, RobotSnapshot, Settings
+from app.domain.models import Connection, Fleet, Mission, Robot, RobotSnapshot, Schedule, Settings
 from app.domain.robot import IdentifiedBy
 from app.screens.settings.facts import SettingsFacts
 from app.screens.settings.setup_view import setup_phrase, step_items, steps
@@ -105,6 +105,14 @@ def test_what_is_missing_is_said_and_leads_there(changed, key, support):
     found = step(replace(READY, **changed), key)
     assert (found.support, found.is_done) == (support, False)
     assert found.action
+
+
+def test_a_schedule_without_a_value_that_its_mission_needs_is_a_step_that_leads_to_it():
+    nightly = Schedule("Night count", 1, 10, NOW.replace(tzinfo=None), "UTC", id=7)
+    assert setup_phrase(steps(replace(READY, schedules=(nightly,)))) == ""
+    found = step(replace(READY, schedules=(nightly,), refused=frozenset([7])), "values")
+    assert (found.support, found.is_wrong) == ("Night count: a value is missing or wrong", True)
+    assert (found.screen, found.intent) == ("scheduler", (("schedule_id", 7),))
 
 
 def test_only_a_problem_of_a_check_up_is_amber_and_its_button_shows_it():
