@@ -10,7 +10,7 @@ from typing import Any
 from kivy.tests.common import UnitTestTouch
 
 from app.container import Container
-from app.domain.models import Group, Schedule
+from app.domain.models import Connection, Group, Schedule
 from app.domain.robot import MissionParameter
 from app.screens.common.shell import Shell, pick
 from app.screens.common.view_model import Background, Navigator, Snackbars, UiBus
@@ -26,8 +26,11 @@ from tests.screenshots.frame import framed, sheets_of
 from tests.screenshots.home import POSITION, show_issues
 from tests.screenshots.registry import BOTH, GLOVES, LANDSCAPE, LARGE_TEXT, SHARP, SMALL, SMALL_LARGE_TEXT, picture
 from tests.support import fleet_facts, month
+from tests.support import home_facts as sample
 
 EVERY_SIZE = (*BOTH, SMALL, SHARP, LARGE_TEXT, SMALL_LARGE_TEXT, GLOVES)
+STATUSES = {"Aino": sample.EXECUTING, "Sisu": sample.CHARGING, "Veikko": sample.READY}
+MANY = (sample.READY, sample.EXECUTING, sample.EXECUTING, sample.CHARGING)  # by number, of more robots
 SCREENS = {"scheduler": SchedulerScreen, "logs": LogsScreen}
 
 
@@ -44,6 +47,14 @@ class Stand:
         self.studio = studio
         self.container = month.plant(studio.directory(), furnished)
         prepare(self.container)
+        robots = {robot.id: robot for robot in self.container.catalogue.robots()}
+        for robot in robots.values():
+            self.container.snapshots.update(
+                robot.id,
+                connection=Connection.CONNECTED,
+                status=STATUSES[robot.name] if robot.name in STATUSES else MANY[robot.id % len(MANY)],
+                read_at=self.container.clock.now(),
+            )
         bus = UiBus()
         self.background = Background(bus)
         frame = framed(name)
@@ -51,7 +62,7 @@ class Stand:
         show_issues(
             frame,
             issues,
-            {robot.id: robot for robot in self.container.catalogue.robots()},
+            robots,
             self.container.settings(),
             name,
         )
