@@ -1,9 +1,13 @@
-"""How the states of an execution are shown: icon, word and tone, always all three."""
+"""How the states of an execution are shown: icon, word and tone, always all three, and why it ended so."""
 
 from __future__ import annotations
 
-from app.domain.execution import State, Trigger
+from zoneinfo import ZoneInfo
+
+from app.domain.execution import Execution, ReasonCode, State, Trigger
+from app.domain.reasons import sentence
 from app.i18n import _, pgettext
+from app.screens.common.robot_texts import problem_of
 
 # state: (icon, tone)
 LOOKS = {
@@ -35,3 +39,24 @@ def trigger_word(trigger: Trigger) -> str:
     return {Trigger.SCHEDULED: _("Schedule"), Trigger.MANUAL: _("Run now"), Trigger.IDLE: pgettext("trigger", "Idle")}[
         trigger
     ]
+
+
+def cause(execution: Execution, zone: ZoneInfo | str) -> tuple[str, str]:
+    """Why it ended so, in our words, and what the robot said, if it did. Empty if everything was normal."""
+    if execution.reason is None:
+        return "", ""
+    if message := said_by_robot(execution):
+        return problem_of(message).words or message, message
+    return sentence(execution.reason, zone, _), ""
+
+
+def cause_line(execution: Execution, zone: ZoneInfo | str) -> str:
+    """``cause`` in one line, with the robot's own text in quotes where ours is another."""
+    words, quote = cause(execution, zone)
+    return words if quote in ("", words) else f"{words} “{quote}”"
+
+
+def said_by_robot(execution: Execution) -> str:
+    """When it ended the run."""
+    reason = execution.reason
+    return str(reason.details.get("message") or "") if reason and reason.code is ReasonCode.ROBOT_ABORTED else ""

@@ -10,7 +10,6 @@ from datetime import datetime, timedelta
 from app.domain import names, rules
 from app.domain.execution import Execution, ReasonCode, State, Wait
 from app.domain.models import Robot
-from app.domain.reasons import sentence
 from app.domain.robot import QueueItem, QueueState, RobotState
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, foreseen, formats
@@ -88,19 +87,10 @@ def outcome_line(execution: Execution) -> str:
     """How it ended, in one line."""
     if execution.state is State.COMPLETED:
         return _("Completed")
-    reason = _reason(execution)
+    reason = execution_appearance.cause(execution, execution.timezone)[0] or formats.NOTHING
     if execution.reason and execution.reason.code in (ReasonCode.USER_CANCELLED, ReasonCode.QUEUE_CLEARED):
         return reason  # it begins with the outcome
     return _("{outcome}: {reason}").format(outcome=execution_appearance.word(execution.state), reason=reason)
-
-
-def _reason(execution: Execution) -> str:
-    reason = execution.reason
-    if reason is None:
-        return formats.NOTHING
-    if reason.code is ReasonCode.ROBOT_ABORTED and (text := reason.details.get("message")):
-        return str(text)  # the line says already that it failed
-    return sentence(reason, execution.timezone, _)
 
 
 # ---------------------------------------------------------------------- now, and the queue

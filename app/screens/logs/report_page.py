@@ -74,10 +74,7 @@ def _robot_in_short(robot: Facts) -> FactLine:
 
 def _run_in_short(run: Execution, report: ShiftReport, mission_names: MissionNames) -> FactLine:
     zone = report.settings.timezone
-    when, why = (
-        formats.day_and_time(run.planned_at, zone, report.made_at),
-        sentence(run.reason, zone, _) if run.reason else "",
-    )
+    when, why = formats.day_and_time(run.planned_at, zone, report.made_at), execution_appearance.cause_line(run, zone)
     said = " · ".join(filter(None, (when, run.ran_on, why)))
     return FactLine(mission_names.run(run), execution_appearance.word(run.state), said)
 
@@ -258,13 +255,12 @@ def _runs(report: ShiftReport, mission_names: MissionNames) -> str:
 
 
 def _run(run: Execution, report: ShiftReport, mission_names: MissionNames) -> Sequence[str]:
-    reason = unbroken(sentence(run.reason, report.settings.timezone, _)) if run.reason else ""
     return (
         _when(run.planned_at, report),
         escape(run.ran_on),
         escape(mission_names.run(run)),
         escape(execution_appearance.word(run.state)),
-        escape(reason),
+        escape(unbroken(execution_appearance.cause_line(run, report.settings.timezone))),
     )
 
 

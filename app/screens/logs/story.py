@@ -14,7 +14,7 @@ from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import waiting_words
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.logs import of_groups
-from app.screens.logs.view import NOT_RUN, ON_TIME_S, cause, day_word, like_of
+from app.screens.logs.view import NOT_RUN, ON_TIME_S, day_word, like_of
 from app.widgets.items import Item
 
 RUN_AGAIN = (State.FAILED, *NOT_RUN)  # possibly still wanted
@@ -48,7 +48,7 @@ class Story:
 
 def story(facts: StoryFacts, now: datetime, zone: ZoneInfo, mission_names: MissionNames = NOTHING_KNOWN) -> Story:
     run = facts.run
-    at, words, quote = run.planned_at.astimezone(zone), *cause(run, zone)
+    at, words, quote = run.planned_at.astimezone(zone), *execution_appearance.cause(run, zone)
     when = f"{day_word(at.date(), now.astimezone(zone).date())} {formats.wall_time(at)}"
     return Story(
         run.id,

@@ -288,27 +288,11 @@ def several(item: Item, like: Like, number: int) -> Item:
 
 
 # ---------------------------------------------------------------------- why
-def cause(execution: Execution, zone: ZoneInfo) -> tuple[str, str]:
-    """Why it ended so, in our words, and what the robot said, if it did. Empty if everything was normal."""
-    if execution.reason is None:
-        return "", ""
-    message = _message(execution)
-    if not message:
-        return sentence(execution.reason, zone, _), ""
-    return problem_of(message).words or message, message
-
-
-def _message(execution: Execution) -> str:
-    """What the robot said when it ended the run."""
-    reason = execution.reason
-    return str(reason.details.get("message") or "") if reason and reason.code is ReasonCode.ROBOT_ABORTED else ""
-
-
 def like_of(execution: Execution, zone: ZoneInfo) -> Like | None:
     """The runs that ended for the same cause as this one, with the same message of the robot."""
     if execution.reason is None:
         return None
-    message = _message(execution)
+    message = execution_appearance.said_by_robot(execution)
     words = problem_of(message).words or message or sentence(Reason(execution.reason.code), zone, _)
     return Like(words, execution.reason.code, message)
 
@@ -325,7 +309,7 @@ def outcome_line(execution: Execution, now: datetime, zone: ZoneInfo, expected: 
     if execution.state.is_open:
         return waiting_words(execution, str(zone))
     if execution.state is not State.COMPLETED:
-        return cause(execution, zone)[0] or execution_appearance.word(execution.state)
+        return execution_appearance.cause(execution, zone)[0] or execution_appearance.word(execution.state)
     took, late = formats.rough_duration(execution.duration_s), _late_s(execution)
     if execution.trigger is not Trigger.SCHEDULED or late is None or late <= ON_TIME_S:
         return took

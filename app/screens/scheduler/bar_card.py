@@ -29,9 +29,7 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
     why = (
         waiting_words(execution, facts.settings.timezone, hold)
         if execution.state.is_open
-        else sentence(execution.reason, facts.zone, _)
-        if execution.reason
-        else execution_appearance.word(execution.state)
+        else execution_appearance.cause_line(execution, facts.zone) or execution_appearance.word(execution.state)
     )
     log, edit = (
         Option("log", _("Open in Logs"), "text-box-outline"),

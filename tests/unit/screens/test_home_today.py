@@ -354,12 +354,15 @@ def test_the_card_says_for_what_the_robot_is_kept():
 
 
 # ---------------------------------------------------------------------- done
-def test_what_did_not_go_well_says_why():
+@pytest.mark.parametrize(
+    ("said", "line"), [("No way", "No way"), ("Failed to reach goal position 'Dock 3'", "Can't reach Dock 3")]
+)
+def test_what_did_not_go_well_says_why_in_our_words(said, line):
     failed = execution(
-        14, AINO, "M", State.FAILED, ended_at=NOW, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "No way"})
+        14, AINO, "M", State.FAILED, ended_at=NOW, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": said})
     )
     row = rows(replace(FACTS, finished=(failed,)))[0]
-    assert (row.lead, row.support, row.tone) == ("14:38", "Failed: No way", "fault")
+    assert (row.lead, row.support, row.tone) == ("14:38", f"Failed: {line}", "fault")
 
 
 @pytest.mark.parametrize("code", list(ReasonCode))

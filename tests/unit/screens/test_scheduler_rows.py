@@ -34,6 +34,12 @@ def test_the_values_of_missions_are_next_to_their_names():
     assert {(robot, values["goal"]) for robot, _guid, values in plan.given_to()} == {(1, goal["goal"])}
 
 
+def test_the_card_of_a_failed_run_says_why_in_our_words_and_the_robots():
+    said = "Failed to reach goal position 'Dock 3'"
+    failed = execution(State.FAILED, 300, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": said}))
+    assert bar_card.run_card(facts(past=(failed,)), failed, NOW).text.splitlines()[-1] == f"Can't reach Dock 3 “{said}”"
+
+
 @pytest.mark.parametrize(
     ("known", "text", "icon"),
     [
