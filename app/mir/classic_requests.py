@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from app.domain.message import message
 from app.domain.robot import FleetIdentity
 from app.mir import fleet_vocabulary, parse
-from app.mir.address import Address
-from app.mir.credentials import Token
+from app.mir.api_v2 import LARGEST_MISSIONS, ApiV2
 from app.mir.errors import AnotherFleet, NotAMir, Rejected, Unreadable
-from app.mir.fleet_connection import FleetConnection
-from app.mir.rest import again_if_stale
-from app.mir.stored_data import LARGEST_MISSIONS, StoredData
+from app.mir.fleet_target import KNOWN_FOR, FleetTarget
 from app.mir.texts import clean
-from app.mir.transport import OF_READS, OF_STATUS, Response
+from app.mir.transport import OF_STATUS, Response
 
 ORDERS = "/mission_scheduler"
 FIELDS = "id,ip,name,active,serial_number,robot_model,fleet_state,fleet_state_text,status"
-USER_KNOWN_FOR = 10.0  # s for which the fleet is known by the app's user there
 NORMAL = "normal"  # the fleet's state in which it gives orders to robots
 BUILT_IN = "mirconst"  # guids that are the same on all fleets begin so
 
@@ -32,23 +28,9 @@ class Fleet(NamedTuple):
     elapsed_s: float
 
 
-class ClassicRequests(StoredData):
-    """``fleet_identity``: as ``identify_fleet`` found it, None before."""
-
-    says_no_in_objects = True
-
-    def __init__(
-        self,
-        address: Address,
-        token: Token,
-        *,
-        connection: FleetConnection,
-        fleet_identity: str | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(address, token, clock=connection.clock, pace=connection.pace, **options)
-        self.fleet_identity, self._connection = fleet_identity, connection
-        self._user, self._user_name = "", ""
+class ClassicRequests(FleetTarget, ApiV2):
+    queue_path = ORDERS
+    _user, _user_name = "", ""  # the app's own user there: guid and name
 
     # ------------------------------------------------------------------ who it is
     def identify_fleet(self) -> FleetIdentity:
@@ -58,7 +40,7 @@ class ClassicRequests(StoredData):
         vehicles = sorted((fleet_vocabulary.vehicle(row) for row in found), key=lambda each: int(each.id))
         return FleetIdentity(self._name_of_fleet(), None, tuple(vehicles))
 
-    def _name_of_fleet(self, within: float = USER_KNOWN_FOR) -> str | None:
+    def _name_of_fleet(self, within: float = KNOWN_FOR) -> str | None:
         self._user, self._user_name = self._connection.shared(self, "user", self._ask_user, within)
         return None if not self._user or self._user.startswith(BUILT_IN) else self._user
 
@@ -72,7 +54,7 @@ class ClassicRequests(StoredData):
             return "", ""
         return clean(found.get("guid"), 80), clean(found.get("name"), 80)
 
-    def _check_fleet(self, within: float = USER_KNOWN_FOR) -> None:
+    def _check_fleet(self, within: float = KNOWN_FOR) -> None:
         found = self._name_of_fleet(within)
         if self.fleet_identity and found != self.fleet_identity:
             raise AnotherFleet(address=self.address.netloc, expected=self.fleet_identity, found=found or "?")
@@ -102,24 +84,3 @@ class ClassicRequests(StoredData):
             raise NotAMir(code="not_a_fleet", address=self.address.netloc)
         mode = clean(found.get("state"), 80)
         return "" if mode.casefold() == NORMAL else mode
-
-    # ------------------------------------------------------------------ requests
-    def _request(
-        self,
-        method: str,
-        path: str,
-        *,
-        query: Mapping[str, str] | None = None,
-        json: Any = None,
-        share: float = OF_READS,
-    ) -> Response:
-        def send() -> Response:
-            self.pace.wait(share, self.on_pause)
-            return self._send(method, path, query=query, json=json)
-
-        return again_if_stale(send)
-
-    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
-        """Any request to the known fleet, for a check-up: an answer of success as it came. Raises RobotError."""
-        self._check_fleet()
-        return self._send(method, path, query=query, json=json)

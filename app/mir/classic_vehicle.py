@@ -7,16 +7,14 @@ set.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Mapping
+from contextlib import closing
 from dataclasses import replace
-from datetime import datetime
 from typing import Any
 
 from app.domain.capabilities import Capabilities, FindBy
-from app.domain.check_up import NOTHING_KNOWN, RobotProfile
+from app.domain.check_up import RobotProfile
 from app.domain.message import message
-from app.domain.models import ANY_VEHICLE
 from app.domain.robot import IdentifiedBy, Identity, QueueItem, RobotState, RobotStatus
 from app.mir import fleet_vocabulary, parse
 from app.mir.address import Address, InvalidAddress
@@ -25,34 +23,28 @@ from app.mir.client import RobotClient
 from app.mir.credentials import Token
 from app.mir.errors import (
     AnotherRobot,
-    NotAMir,
     Refusal,
     Rejected,
     RobotError,
     RobotFault,
-    Unnumbered,
     Unreadable,
     VehicleUnavailable,
 )
-from app.mir.fleet_connection import FleetConnection
-from app.mir.mission_queue import PAGE, UNSUPPORTED, QueueReader
-from app.mir.own_api import OwnApi
-from app.mir.robot_vocabulary import LONGEST_DESCRIPTION, in_mir_words
-from app.mir.texts import clean
+from app.mir.fleet_target import NOT_FOUND, VERIFIED_FOR
+from app.mir.mission_queue import PAGE, UNSUPPORTED
+from app.mir.robot_vocabulary import LONGEST_DESCRIPTION
+from app.mir.texts import clean, resolve
 from app.mir.transport import OF_ALL, Timeouts, Transport
 
-VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet
+OF_ITS_OWN = Timeouts(connect=1.5, read=3.0, total=5.0)  # it may be on a network that only the fleet reaches
+SEARCHED = 50  # newest items of a robot's queue, for an order of the fleet
 NEWEST = {"whitelist": "all", "sort_by": "id,desc", "limit": str(PAGE)}
 
 OF_A_VEHICLE = Capabilities(find_by=FindBy.MATCH, own_queue=False, pause=False, clear_error=False, failure_text=False)
 
 
 class ClassicVehicle(ClassicRequests):
-    """A ``Target``.
-
-    ``vehicle``: the robot's id at the fleet, or ANY_VEHICLE. ``serial_number``: the known one of that robot.
-    ``reach`` replaces HTTP to a robot's own address in simulations.
-    """
+    """A ``Target``. ``reach`` replaces HTTP to a robot's own address in simulations."""
 
     def __init__(
         self,
@@ -60,28 +52,15 @@ class ClassicVehicle(ClassicRequests):
         token: Token,
         vehicle: str,
         *,
-        connection: FleetConnection,
-        serial_number: str | None = None,
-        identified_by: IdentifiedBy | None = None,
-        profile: RobotProfile | None = None,
         reach: Callable[[Address], Transport | None] = lambda _address: None,
         **options: Any,
     ) -> None:
-        super().__init__(address, token, connection=connection, **options)
-        self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
-        self._reach, self._token = reach, token
-        self._is_any = vehicle == ANY_VEHICLE
+        super().__init__(address, token, vehicle, **options)
+        self._reach = reach
         self._followed: set[int] = set()  # orders for ANY_VEHICLE that the app follows, which a robot may have now
-        self._queue = QueueReader(self._entries, self._next_item, ORDERS)
-        self.use_profile(profile)
 
-    def use_profile(self, profile: RobotProfile | None) -> None:
-        self._profile = profile or NOTHING_KNOWN
-        self.pace.rest = self._profile.rest
-        self.timeouts = Timeouts().at_least(self._profile.timeout_s)
-        item_states = {**fleet_vocabulary.ORDER_STATES, **self._profile.item_states}
-        self._words = replace(self._profile, item_states=item_states)
-        self._queue.use_profile(self._words)
+    def _words_of(self, profile: RobotProfile) -> RobotProfile:
+        return replace(profile, item_states={**fleet_vocabulary.ORDER_STATES, **profile.item_states})
 
     @property
     def capabilities(self) -> Capabilities:
@@ -97,12 +76,7 @@ class ClassicVehicle(ClassicRequests):
         )
 
     # ------------------------------------------------------------------ who it is
-    def status(self) -> RobotStatus:
-        """By one request for all robots of the fleet. Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where
-        the fleet has no contact with the robot."""
-        return self._status(within=1.0)
-
-    def _status(self, within: float) -> RobotStatus:
+    def _status(self, within: float, *, is_for_order: bool = False) -> RobotStatus:
         self._check_fleet()
         mode = self._connection.shared(self, "mode", self._ask_mode)
         if self._is_any:
@@ -131,7 +105,7 @@ class ClassicVehicle(ClassicRequests):
         try:
             alone = self._connection.shared(self, f"robot {self.vehicle}", lambda: self._alone(self.vehicle), within)
         except Rejected as error:
-            if error.status not in (404, 410):
+            if error.status not in NOT_FOUND:
                 raise
             raise VehicleUnavailable(code="not_in_fleet", address=self.address.netloc) from None
         return alone, fleet
@@ -175,27 +149,14 @@ class ClassicVehicle(ClassicRequests):
             raise
         finally:
             self._connection.forget("open", "highest", "newest")
-        if answer.status not in (201, self._profile.order_status):
-            problem = message("status {status} instead of 201", status=answer.status)
-            raise Unreadable(problem=problem, address=self.address.netloc)
-        try:
-            number = self._read(answer, parse.queue_id)
-        except (Unreadable, NotAMir):
-            raise Unnumbered(address=self.address.netloc) from None
+        number = self._number_of_new(answer)
         self._followed.add(number)
         return number
-
-    def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
-        """Needs nothing: its orders are numbered."""
-
-    def ended_shown_for(self, enough: float) -> float:
-        """Its list has all."""
-        return math.inf
 
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """With the robot's own message where the order failed and the robot can be reached."""
         found = self._get(f"{ORDERS}/{queue_id}", parse_order)
-        item = parse.queue_item(self._in_robot_words(found))
+        item = parse.queue_item(self._in_mir_words(found))
         self._queue.saw(item)
         if token:
             self._followed.add(queue_id)
@@ -203,7 +164,7 @@ class ClassicVehicle(ClassicRequests):
         if item.state.is_open or not item.vehicle or not guid or not self.capabilities.failure_text:
             return item
         try:
-            return replace(item, message=self._own_api().message_of(guid) or item.message)
+            return replace(item, message=self._message_of(guid) or item.message)
         except RobotError:  # of the robot's place, which is not the order's
             return item
 
@@ -250,7 +211,7 @@ class ClassicVehicle(ClassicRequests):
 
     def cancel(self, queue_id: int, token: str = "") -> None:
         self.pace.wait(None)
-        self._verify(needs_contact=False)
+        self._verify(is_for_order=False)
         self._check_order(queue_id, token)
         try:
             self._send("DELETE", f"{ORDERS}/{queue_id}")
@@ -262,7 +223,7 @@ class ClassicVehicle(ClassicRequests):
         can't be read is cancelled: it was listed with the app's token, and must not run."""
         try:
             answer = self._send("GET", f"{ORDERS}/{queue_id}")
-            item = parse.queue_item(self._in_robot_words(self._read(answer, parse_order)))
+            item = parse.queue_item(self._in_mir_words(self._read(answer, parse_order)))
         except (RobotFault, Unreadable):
             return
         except RobotError as error:
@@ -274,30 +235,22 @@ class ClassicVehicle(ClassicRequests):
             reason = message("the fleet has no such order")
             raise Rejected(status=404, reason=reason, address=self.address.netloc)
 
-    def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
-        for queue_id, token in (own or {}).items():
-            try:
-                self.cancel(queue_id, token)
-            except Rejected as error:
-                if error.status not in (400, 404, 410):  # it has ended
-                    raise
-
     # ------------------------------------------------------------------ the robot
     def set_state(self, state: RobotState) -> RobotStatus | None:
-        return self._own_api().set_state(state)
+        with self._own_api() as robot:
+            return robot.set_state(state)
 
     def clear_error(self) -> RobotStatus | None:
-        return self._own_api().clear_error()
+        with self._own_api() as robot:
+            return robot.clear_error()
 
     def answer_prompt(self, guid: str, answer: str) -> RobotStatus | None:
-        self.pace.wait(None)
-        self._verify(needs_contact=False)
-        self._send("PUT", f"/prompt/{guid}", json={"answer": answer})
+        self._change("PUT", f"/prompt/{guid}", {"answer": answer})
         return None
 
-    def _own_api(self) -> OwnApi:
-        """The robot's own API, at its address in the fleet, with the same credentials. Raises Rejected where that can't
-        be known for the robot's."""
+    def _own_api(self) -> closing[RobotClient]:
+        """The robot's own API, for what the fleet can't do: at its address in the fleet, with the same credentials.
+        Raises Rejected where that can't be known for the robot's."""
         vehicle, _fleet = self._vehicle(VERIFIED_FOR)
         serial_number = self.serial_number or parse.text_or_none(vehicle.get("serial_number"))
         try:
@@ -307,46 +260,37 @@ class ClassicVehicle(ClassicRequests):
         if not serial_number:  # credentials go to the known machine only
             reason = message("the fleet can't do that, and doesn't say where the robot itself is")
             raise Rejected(status=404, reason=reason, address=self.address.netloc)
-        return OwnApi(
-            RobotClient(
-                address, self._token, serial_number=serial_number, clock=self._clock, transport=self._reach(address)
-            )
+        robot = RobotClient(
+            address, self._token, serial_number=serial_number, clock=self._clock, transport=self._reach(address)
         )
+        robot.timeouts = OF_ITS_OWN
+        return closing(robot)
 
     def _reaches_robot(self) -> bool:
+        """Whether it answers, and accepts the fleet's user."""
         try:
-            return self._own_api().is_reached()
+            with self._own_api() as robot:
+                robot.identify()
         except RobotError:
             return False
+        return True
+
+    def _message_of(self, guid: str) -> str:
+        """What the robot says about the fleet's order with this guid. Raises RobotError."""
+        with self._own_api() as robot:
+            answer = robot.ask("GET", robot.queue_path, query={**NEWEST, "limit": str(SEARCHED)})
+        items = parse.objects(parse.loads(answer.body), message("the mission queue"))
+        found = (item.get("message") for item in items if item.get("fleet_schedule_guid") == guid)
+        return resolve(next(found, ""))
 
     # ------------------------------------------------------------------ requests
-    def _verify(self, *, needs_contact: bool = True) -> None:
-        """Whether the known fleet and robot are there, before anything is changed. ``needs_contact``: the fleet reaches
-        the robot."""
-        try:
-            self._check_fleet(VERIFIED_FOR)
-            self._status(VERIFIED_FOR)
-        except VehicleUnavailable:
-            if needs_contact:
-                raise
-        except RobotError as error:
-            raise error.unsent() from None
-
-    def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
-        self.on_pause()
-        answer = self._request(method, path, query=query, json=json)
-        entries = self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
-        return [self._in_robot_words(entry) for entry in entries]
-
     def _next_item(self, queue_id: int) -> QueueItem:
         self.on_pause()
-        return parse.queue_item(self._in_robot_words(self._get(f"{ORDERS}/{queue_id}", parse_order)))
+        return parse.queue_item(self._in_mir_words(self._get(f"{ORDERS}/{queue_id}", parse_order)))
 
-    def _in_robot_words(self, order: parse.Object) -> parse.Object:
+    def _in_mir_words(self, item: Any) -> Any:
         names = self._connection.notes.names
-        known = fleet_vocabulary.order_in_robot_words(order, self._user, self._user_name, names)
-        found: parse.Object = in_mir_words(known, self._words)
-        return found
+        return super()._in_mir_words(fleet_vocabulary.order_in_robot_words(item, self._user, self._user_name, names))
 
 
 def parse_order(found: Any) -> parse.Object:

@@ -7,14 +7,10 @@ here.
 
 from __future__ import annotations
 
-import functools
-import math
 from collections.abc import Callable, Collection, Mapping
-from datetime import datetime
-from typing import Any, TypeVar
+from typing import Any
 
 from app.domain.capabilities import OF_A_ROBOT, Capabilities
-from app.domain.check_up import RobotProfile
 from app.domain.message import message
 from app.domain.robot import (
     IdentifiedBy,
@@ -29,32 +25,17 @@ from app.mir.errors import (
     NotAMir,
     Refusal,
     Rejected,
-    Unnumbered,
     Unreadable,
 )
-from app.mir.mission_queue import QueueReader
-from app.mir.robot_vocabulary import in_mir_words
 from app.mir.texts import clean
 from app.mir.transport import OF_ALL, OF_STATUS, Response
 from app.mir.verified_requests import VerifiedRequests
-
-T = TypeVar("T")
 
 
 class RobotClient(VerifiedRequests):
     """The app's requests and commands to a robot. It is a ``Target``."""
 
     capabilities: Capabilities = OF_A_ROBOT
-
-    @functools.cached_property
-    def _queue(self) -> QueueReader:
-        return QueueReader(self._entries, self._next_item)
-
-    def use_profile(self, profile: RobotProfile | None) -> None:
-        before = self._profile
-        super().use_profile(profile)
-        if self._profile is not before:
-            self._queue.use_profile(self._profile)
 
     # ------------------------------------------------------------------ who it is
     def identify(self) -> Identity:
@@ -91,8 +72,7 @@ class RobotClient(VerifiedRequests):
         parameters: Mapping[str, Any] | None = None,
         is_wanted: Callable[[], bool] = lambda: True,
     ) -> int:
-        """Put a mission at the end of the robot's queue; returns the id of its item. Only 201, or the robot's known
-        status, counts as accepted; without an integer id it raises Unnumbered. ``is_wanted`` is called when the
+        """Put a mission at the end of the robot's queue; returns the id of its item. ``is_wanted`` is called when the
         connection is open, as the tablet may have slept before: if not, raises NotWanted, and nothing was sent.
         """
         try:
@@ -104,26 +84,11 @@ class RobotClient(VerifiedRequests):
         self.pace.wait(OF_ALL)
         self._verify(OF_STATUS)
         answer = self._send("POST", "/mission_queue", json=body, is_wanted=is_wanted)
-        if answer.status not in (201, self._profile.order_status):
-            problem = message("status {status} instead of 201", status=answer.status)
-            raise Unreadable(problem=problem, address=self.address.netloc)
-        try:
-            return self._read(answer, parse.queue_id)
-        except (Unreadable, NotAMir):
-            raise Unnumbered(address=self.address.netloc) from None
-
-    def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
-        """Needs nothing: its orders are numbered."""
-
-    def ended_shown_for(self, enough: float) -> float:
-        """Its list has all."""
-        return math.inf
+        return self._number_of_new(answer)
 
     def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
         """Raises Rejected with status 404 when the robot has no such item (any more)."""
-        item = self._get(
-            f"/mission_queue/{queue_id}", lambda found: parse.queue_item(in_mir_words(found, self._profile))
-        )
+        item = self._get(f"/mission_queue/{queue_id}", lambda found: parse.queue_item(self._in_mir_words(found)))
         self._queue.saw(item)
         return item
 
@@ -178,16 +143,6 @@ class RobotClient(VerifiedRequests):
     def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
         """Any request, for a check-up: an answer of success as it came. Raises RobotError."""
         return self._request(method, path, query=query, json=json)
-
-    def _entries(self, method: str, path: str, query: Mapping[str, str], json: Any) -> list[parse.Object]:
-        self.on_pause()
-        answer = self._request(method, path, query=query, json=json)
-        entries = self._read(answer, lambda found: parse.objects(found, message("the mission queue")), None)
-        return [in_mir_words(entry, self._profile) for entry in entries]
-
-    def _next_item(self, queue_id: int) -> QueueItem:
-        self.on_pause()
-        return self.queue_item(queue_id)
 
     def _put_status(self, body: Mapping[str, Any]) -> RobotStatus | None:
         began = self._clock()

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeVar
-from urllib.parse import quote
+from typing import NamedTuple
 
-from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.message import message
 from app.domain.robot import (
     FleetIdentity,
@@ -19,24 +16,17 @@ from app.domain.robot import (
 )
 from app.mir import enterprise_vocabulary as words
 from app.mir import parse
-from app.mir.address import Address
-from app.mir.credentials import Token
+from app.mir.api_v2 import LARGEST_MISSIONS, MOST_MISSIONS
 from app.mir.errors import AnotherFleet, NotAMir, OldFleet, Rejected, Unreadable
-from app.mir.fleet_connection import FleetConnection
-from app.mir.rest import LARGEST_OBJECT, RestRequests, again_if_stale
-from app.mir.stored_data import LARGEST_MISSIONS, MOST_MISSIONS
+from app.mir.fleet_target import KNOWN_FOR, NOT_FOUND, FleetTarget
+from app.mir.rest import segment
 from app.mir.texts import clean
-from app.mir.transport import OF_READS, Response, Timeouts
 
 LEAST, FIND_BY_ID = (
     (1, 4, 2),
     (1, 5),
 )  # versions: before the first no order can be found, from the second on each by its id
-KNOWN_FOR = 10.0  # s for which the fleet's name and version are known
-NOT_FOUND = (404, 410)
 MOST_REMEMBERED = 500  # orders whose messages are kept
-
-T = TypeVar("T")
 
 
 class Version(NamedTuple):
@@ -45,35 +35,19 @@ class Version(NamedTuple):
     name: str  # of the fleet; the key is of no other, so that it may have none
 
 
-class EnterpriseRequests(RestRequests):
+class EnterpriseRequests(FleetTarget):
     """``fleet_identity``: the known fleet's name."""
 
     base = "/api/v1"
-    says_no_in_objects = True
 
-    def __init__(
-        self,
-        address: Address,
-        token: Token,
-        *,
-        connection: FleetConnection,
-        fleet_identity: str | None = None,
-        profile: RobotProfile | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(address, token, clock=connection.clock, pace=connection.pace, **options)
-        self.fleet_identity, self._connection, self._key = fleet_identity, connection, token
-        self.use_profile(profile)
-
-    def use_profile(self, profile: RobotProfile | None) -> None:
-        profile = profile or NOTHING_KNOWN
-        self.pace.rest, self.timeouts = profile.rest, Timeouts().at_least(profile.timeout_s)
-        if profile.own_key is not None:
-            self._connection.notes.own_keys.setdefault(self._key, profile.own_key)
+    def _apply_profile(self) -> None:
+        super()._apply_profile()
+        if self._profile.own_key is not None:
+            self._connection.notes.own_keys.setdefault(self._token, self._profile.own_key)
 
     # ------------------------------------------------------------------ who it is
-    def _version(self, within: float = KNOWN_FOR) -> Version:
-        """Raises AnotherFleet, or OldFleet where the software is too old."""
+    def _check_fleet(self, within: float = KNOWN_FOR) -> Version:
+        """Its version. Raises AnotherFleet, or OldFleet where the software is too old."""
         found = self._connection.shared(self, "version", self._ask_version, within)
         if found.number < LEAST:
             least = ".".join(map(str, LEAST))
@@ -97,11 +71,11 @@ class EnterpriseRequests(RestRequests):
     @property
     def finds_by_id(self) -> bool:
         """Whether an order that has ended is found by its id. Raises RobotError."""
-        return self._version().number >= FIND_BY_ID
+        return self._check_fleet().number >= FIND_BY_ID
 
     def identify_fleet(self) -> FleetIdentity:
         """Its name, its software, and its robots."""
-        version = self._version(0.0)
+        version = self._check_fleet(0.0)
         robots = self._get("/robots", lambda found: words.wrapped(found, "robots"), largest=LARGEST_MISSIONS)
         return FleetIdentity(version.name, version.text or None, tuple(map(words.vehicle, robots)))
 
@@ -173,25 +147,6 @@ class EnterpriseRequests(RestRequests):
         )
 
     # ------------------------------------------------------------------ requests
-    def _request(
-        self, method: str, path: str, *, query: Mapping[str, str] | None = None, share: float = OF_READS
-    ) -> Response:
-        def send() -> Response:
-            self.pace.wait(share, self.on_pause)
-            return self._send(method, path, query=query)
-
-        answer = again_if_stale(send)
-        self._connection.notes.time = parse.http_date(answer.headers.get("Date", ""))
-        return answer
-
-    def ask(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
-        """Any request to the known fleet, for a check-up: an answer of success as it came. Raises RobotError."""
-        self._version()
-        return self._send(method, path, query=query, json=json)
-
-    def _get(self, path: str, read: Callable[[Any], T], *, largest: int | None = LARGEST_OBJECT) -> T:
-        return self._read(self._request("GET", path), read, largest)
-
     def _found(self, path: str) -> parse.Object | None:
         try:
             return self._get(path, lambda found: parse.object_(found, message("the order")))
@@ -199,8 +154,3 @@ class EnterpriseRequests(RestRequests):
             if error.status not in NOT_FOUND:
                 raise
             return None
-
-
-def segment(identifier: str) -> str:
-    """One segment of a path."""
-    return quote(identifier, safe="", errors="replace")

@@ -14,14 +14,13 @@ from typing import Any
 
 from app.domain.capabilities import Capabilities, FindBy
 from app.domain.message import message
-from app.domain.models import ANY_VEHICLE
 from app.domain.robot import IdentifiedBy, Identity, QueueItem, QueueState, RobotState, RobotStatus, UserPrompt
 from app.mir import enterprise_vocabulary as words
 from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
 from app.mir.enterprise_past import LISTED_FOR, PastOrders
-from app.mir.enterprise_requests import FIND_BY_ID, NOT_FOUND, EnterpriseRequests, segment
+from app.mir.enterprise_requests import FIND_BY_ID, EnterpriseRequests
 from app.mir.errors import (
     NO_LIST,
     AnotherRobot,
@@ -33,12 +32,12 @@ from app.mir.errors import (
     Unreadable,
     VehicleUnavailable,
 )
-from app.mir.fleet_connection import FleetConnection
+from app.mir.fleet_target import NOT_FOUND
 from app.mir.fleet_vocabulary import as_text
+from app.mir.rest import segment
 from app.mir.texts import clean
 from app.mir.transport import OF_ALL, OF_STATUS
 
-VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet and robot
 SILENT_AFTER = 15.0  # s without news of a robot, which reports each second: it has no contact
 ORDER = "/serial-order"
 
@@ -46,30 +45,18 @@ OF_A_VEHICLE = Capabilities(find_by=FindBy.ID, own_queue=False)
 
 
 class EnterpriseVehicle(EnterpriseRequests):
-    """A ``Target``. ``vehicle``: the robot's id at the fleet, or ANY_VEHICLE. ``serial_number``: the known one of that
-    robot."""
+    """A ``Target``."""
 
-    def __init__(
-        self,
-        address: Address,
-        token: Token,
-        vehicle: str,
-        *,
-        connection: FleetConnection,
-        serial_number: str | None = None,
-        identified_by: IdentifiedBy | None = None,
-        **options: Any,
-    ) -> None:
-        super().__init__(address, token, connection=connection, **options)
-        self.vehicle, self.serial_number, self.identified_by = vehicle, serial_number, identified_by
-        self._is_any = vehicle == ANY_VEHICLE
+    def __init__(self, address: Address, token: Token, vehicle: str, **options: Any) -> None:
+        super().__init__(address, token, vehicle, **options)
+        connection = self._connection
         self._followed: set[str] = set()  # tokens of orders that were asked for, for ANY_VEHICLE
         self._past = PastOrders(
             connection.notes,
             lambda within: connection.shared(self, "orders", self._ask_past, within),
             lambda since: connection.shared(self, f"orders since {since:%F %H:%M}", lambda: self._ask_past(since)),
             connection.clock,
-            token,
+            self._token,
         )
 
     @property
@@ -84,12 +71,10 @@ class EnterpriseVehicle(EnterpriseRequests):
         return Identity(status, "", status.software, self.identified_by)
 
     # ------------------------------------------------------------------ the robot
-    def status(self) -> RobotStatus:
-        """Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where the fleet has heard nothing of it lately."""
-        return self._status(1.0, self._active_if_readable)
-
-    def _status(self, within: float, ask_active: Callable[[], list[parse.Object]]) -> RobotStatus:
-        self._version()
+    def _status(self, within: float, *, is_for_order: bool = False) -> RobotStatus:
+        """Has no contact: the fleet has heard nothing of it lately."""
+        self._check_fleet()
+        ask_active = self._active if is_for_order else self._active_if_readable
         if self._is_any:
             began = self._clock()
             ask_active()
@@ -372,30 +357,3 @@ class EnterpriseVehicle(EnterpriseRequests):
             raise Rejected(status=404, reason=message("the fleet has no such order"), address=self.address.netloc)
         self._change("DELETE", f"{ORDER}/{segment(token)}")
         self._connection.forget("active")
-
-    def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
-        for queue_id, token in (own or {}).items():
-            try:
-                self.cancel(queue_id, token)
-            except Rejected as error:
-                if error.status not in (400, *NOT_FOUND):  # it has ended
-                    raise
-
-    # ------------------------------------------------------------------ requests
-    def _change(self, method: str, path: str, body: Any = None) -> None:
-        """What a person orders, which does not wait for its turn."""
-        self.pace.wait(None)
-        self._verify(is_for_order=False)
-        self._send(method, path, json=body)
-
-    def _verify(self, *, is_for_order: bool = True) -> None:
-        """Whether the known fleet and robot are there, before anything is changed; for an order also whether the fleet
-        shows its orders."""
-        try:
-            self._version(VERIFIED_FOR)
-            self._status(VERIFIED_FOR, self._active if is_for_order else self._active_if_readable)
-        except VehicleUnavailable:
-            if is_for_order:
-                raise
-        except RobotError as error:
-            raise error.unsent() from None

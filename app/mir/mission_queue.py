@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-from app.domain.check_up import RobotProfile
+from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.message import message
 from app.domain.robot import QueueItem, QueueState
 from app.mir import parse
@@ -36,24 +36,29 @@ class QueueReader:
     """``ask(method, path, query, json)`` gives the entries of a list, ``read_item`` one whole item; both raise RobotError.
     ``path``: of the list."""
 
-    def __init__(self, ask: Ask, read_item: Callable[[int], QueueItem], path: str = "/mission_queue") -> None:
+    def __init__(
+        self,
+        ask: Ask,
+        read_item: Callable[[int], QueueItem],
+        path: str = "/mission_queue",
+        known: RobotProfile = NOTHING_KNOWN,
+    ) -> None:
         self._ask, self._read_item, self._path = ask, read_item, path
-        self._has_search: bool | None = None  # None: not known yet
-        self._page, self._limits_pages = PAGE, True  # most entries of a page; whether it may have fewer than exist
-        self._open_states = OPEN_STATES  # the robot's words for them
-        self._has_unknown_words = False  # it has others than MiR's
+        self.use_profile(known)
         self._does_sort = True  # the newest of its list came first, when it was read last
         self._is_complete = True  # and then everything was read
         self._climbed = 0  # highest id seen, where it doesn't sort
 
     def use_profile(self, known: RobotProfile) -> None:
-        self._has_search, words = known.has_search, known.item_states
+        self._has_search, words = known.has_search, known.item_states  # None: not known yet
         own = [word for word, state in words.items() if state in OPEN_STATES]
         are_all = {words[word] for word in own} == set(OPEN_STATES)
-        self._open_states = own if are_all else OPEN_STATES
+        self._open_states = own if are_all else OPEN_STATES  # the robot's words for them
+        # whether it has others than MiR's
         self._has_unknown_words = not are_all and any(
             word != state and state in RUN_STATES for word, state in words.items()
         )
+        # most entries of a page; whether it may have fewer than exist
         self._page, self._limits_pages = min(PAGE, known.page_limit or PAGE), known.page_limit != 0
 
     def saw(self, item: QueueItem) -> None:

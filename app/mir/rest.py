@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
+from urllib.parse import quote
 
+from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.message import message
 from app.mir import parse
 from app.mir.address import Address
@@ -51,6 +53,7 @@ class RestRequests:
         transport: Transport | None = None,
         clock: Callable[[], float] = time.monotonic,
         pace: Pace | None = None,
+        profile: RobotProfile | None = None,
     ) -> None:
         self.address, self._clock, self.timeouts = address, clock, Timeouts()
         self.has_default_password = token.is_published_default
@@ -58,6 +61,19 @@ class RestRequests:
         self._transport = transport or HttpTransport(address, token, certificate_sha256, self.base)
         self.on_pause: Callable[[], None] = lambda: None  # called between the many requests of a long read
         self.pace = pace or Pace(clock)
+        self._profile = NOTHING_KNOWN
+        self.use_profile(profile)
+
+    def use_profile(self, profile: RobotProfile | None) -> None:
+        """The check-up's profile of the robot in its present state; None: none."""
+        profile = profile or NOTHING_KNOWN
+        if profile != self._profile:
+            self._profile = profile
+            self._apply_profile()
+
+    def _apply_profile(self) -> None:
+        self.pace.rest = self._profile.rest
+        self.timeouts = Timeouts().at_least(self._profile.timeout_s)
 
     def close(self) -> None:
         """Close the connection; a later call opens a new one."""
@@ -97,6 +113,10 @@ class RestRequests:
     def _has_no_answer(self) -> None:
         """What answers next may be another machine."""
 
+    def _request(self, method: str, path: str, *, query: Mapping[str, str] | None = None, json: Any = None) -> Response:
+        """With credentials, to the machine that is known, at its pace. Raises RobotError."""
+        raise NotImplementedError
+
     def _problem_of(self, answer: Response) -> RobotError:
         status, address = answer.status, self.address.netloc
         if status < 200:
@@ -130,6 +150,21 @@ class RestRequests:
             raise error.at(self.address.netloc) from None
         except RobotError as error:
             raise error.at(self.address.netloc) from None
+
+    def _get(
+        self,
+        path: str,
+        read: Callable[[Any], T],
+        query: Mapping[str, str] | None = None,
+        *,
+        largest: int | None = LARGEST_OBJECT,
+    ) -> T:
+        return self._read(self._request("GET", path, query=query), read, largest)
+
+
+def segment(identifier: str) -> str:
+    """One segment of a path."""
+    return quote(identifier, safe="", errors="replace")
 
 
 def again_if_stale(ask: Callable[[], T]) -> T:

@@ -10,13 +10,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from app.domain.check_up import NOTHING_KNOWN, RobotProfile
 from app.domain.robot import (
     IdentifiedBy,
     RobotStatus,
 )
 from app.mir import parse
 from app.mir.address import Address
+from app.mir.api_v2 import ApiV2
 from app.mir.credentials import Token
 from app.mir.errors import (
     AnotherRobot,
@@ -27,15 +27,14 @@ from app.mir.errors import (
     Unauthorized,
 )
 from app.mir.rest import again_if_stale
-from app.mir.stored_data import StoredData
 from app.mir.texts import clean
-from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Response, Timeouts
+from app.mir.transport import OF_ALL, OF_READS, OF_STATUS, Response
 
 VERIFIED_FOR = 10.0  # s for which credentials may be sent, while the connection that returned the serial number is open
 VERIFIED_WITHOUT = 2.0  # the same if that connection was closed right after the answer
 
 
-class VerifiedRequests(StoredData):
+class VerifiedRequests(ApiV2):
     """``serial_number`` is the known one, None before the first contact. ``identified_by`` is how it was identified
     last: a robot that used to show its serial number without credentials gets none when it no longer does."""
 
@@ -46,21 +45,11 @@ class VerifiedRequests(StoredData):
         *,
         serial_number: str | None = None,
         identified_by: IdentifiedBy | None = None,
-        profile: RobotProfile | None = None,
         **options: Any,
     ) -> None:
         super().__init__(address, token, **options)
         self.serial_number, self.identified_by = serial_number, identified_by
         self._verified_at, self._verified_over, self._verified_as = -math.inf, object(), serial_number
-        self._profile = NOTHING_KNOWN
-        self.use_profile(profile)
-
-    def use_profile(self, profile: RobotProfile | None) -> None:
-        """The check-up's profile of the robot in its present state; None: none."""
-        profile = profile or NOTHING_KNOWN
-        if profile != self._profile:
-            self._profile, self.pace.rest = profile, profile.rest
-            self.timeouts = Timeouts().at_least(profile.timeout_s)
 
     def status(self) -> RobotStatus:
         """The robot's status, read without credentials; with them only if it needs them (401). Raises AnotherRobot if

@@ -11,9 +11,9 @@ import pytest
 
 from app.domain.models import Robot
 from app.mir import parse
+from app.mir.api_v2 import MOST_MISSIONS
 from app.mir.client import RobotClient
 from app.mir.errors import Unreadable
-from app.mir.stored_data import MOST_MISSIONS
 from app.services.robots.missions import RobotMissions
 from tests.support.clock import VirtualClock
 from tests.unit.mir.answers import answered

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import pytest
+
 from app.container import Connector
 from app.domain.check_up import Rest, RobotProfile
-from app.domain.models import Fleet, Robot
+from app.domain.models import Fleet, FleetKind, Robot
 from app.mir.credentials import Token
 
 
@@ -23,3 +25,14 @@ def test_clients_of_a_fleet_share_what_it_says_of_its_robots():
     assert first._connection is second._connection
     other = replace(fleet, token=Token.derive("other", "secret").header)
     assert make(Robot("", "", vehicle="1").within(other))._connection is not first._connection
+
+
+@pytest.mark.parametrize("kind", FleetKind)
+def test_a_client_that_asks_a_fleet_who_it_is_leaves_the_request_rate_of_its_robots(kind: FleetKind):
+    rest = Rest(8, 10.0)
+    fleet = Fleet("Hall", "http://hall", kind=kind, profile=RobotProfile(None, None, rest=rest))
+    make = Connector()
+    worker, _unchecked = (
+        make(Robot("", "", vehicle="1").within(each)) for each in (fleet, replace(fleet, profile=None))
+    )
+    assert worker.pace.rest == rest

@@ -13,11 +13,12 @@ from app.domain.robot import QueueItem, QueueState
 from app.mir import enterprise_vocabulary, parse
 from app.mir.classic_requests import ORDERS
 from app.mir.classic_vehicle import ClassicVehicle
-from app.mir.enterprise_requests import NOT_FOUND, segment
 from app.mir.enterprise_vehicle import ORDER, EnterpriseVehicle
 from app.mir.errors import Unreadable
+from app.mir.fleet_target import NOT_FOUND
 from app.mir.fleet_vocabulary import ORDER_STATES
 from app.mir.raw_client import Answer, RawClient
+from app.mir.rest import segment
 from app.mir.texts import clean
 
 AHEAD = timedelta(hours=24)  # of the fleet's clock, that the order begins: longer than any zone differs from another

@@ -67,9 +67,9 @@ MUTANTS = (
     ),
     FleetMutant(
         "clearing a fleet robot's queue clears the orders of others",
-        f"{CLASSIC}.clear_queue",
+        "mir.fleet_target:FleetTarget.clear_queue",
         "for queue_id, token in (own or {}).items():",
-        'for queue_id, token in self._send("DELETE", ORDERS) and ():',
+        'for queue_id, token in self._send("DELETE", "/mission_scheduler") and ():',
         "classic",
         [
             plan(window=60),

@@ -122,9 +122,9 @@ MUTANTS = (
     Mutant(
         "an answer that makes no sense is a failure",
         "mir.client:RobotClient.enqueue",
-        "return self._read(answer, parse.queue_id)",
-        "found = self._read(answer, parse.queue_id)\n"
-        "        if found % 7 == 0:\n            raise Rejected(status=503, reason='', address='x')\n        return found",
+        "return self._number_of_new(answer)",
+        "found = self._number_of_new(answer)\n"
+        "    if found % 7 == 0:\n        raise Rejected(status=503, reason='', address='x')\n    return found",
         "truth",
         CALM,
         seed=2,
