@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from datetime import date, datetime, timedelta
 from zoneinfo import ZoneInfo
 
-from app.domain.models import InvalidInput, Schedule
+from app.domain.models import InvalidInput, Robot, Schedule
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.presses import Commands
@@ -100,13 +100,14 @@ class ScheduleActions:
         can = draft.starts_at(before, facts.calendar) and moved.starts_at(after, facts.calendar)
         return moved.schedule() if can else None
 
-    def move_one(self, schedule: Schedule, at: datetime, to: datetime) -> None:
-        """Only the start planned at that instant."""
+    def move_one(self, schedule: Schedule, at: datetime, to: datetime, robot: Robot | None = None) -> None:
+        """Only the start planned at that instant, to another time or ``robot``."""
         moving, local = self._services.moving, to.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None)
-        text = _("{name} is moved to {time}").format(name=self._name(schedule), time=self._time(schedule, to))
+        where = robot.name if robot is not None else self._time(schedule, to)
+        text = _("{name} is moved to {where}").format(name=self._name(schedule), where=where)
         self._act(
             schedule.id,
-            lambda: moving.move(schedule.id, at, local),
+            lambda: moving.move(schedule.id, at, local, robot_id=robot.id if robot is not None else None),
             lambda moved: self._shell.offer_undo(
                 text, lambda: moving.undo(moved), self._done, about=about(schedule.id, at)
             ),

@@ -131,6 +131,7 @@ class SchedulerFacts:
     mission_names: MissionNames = NOTHING_KNOWN  # what is known of the values that missions get
     icons: Mapping[int, tuple[str, str]] = field(default_factory=dict)  # by robot: icon of its state, and its tone
     skips: frozenset[tuple[int, datetime]] = frozenset()  # future skipped starts: schedule and instant
+    moved: frozenset[tuple[int, datetime]] = frozenset()  # the same of starts that were moved, where they were
 
     @property
     def zone(self) -> ZoneInfo:
@@ -175,6 +176,10 @@ class SchedulerFacts:
         return (
             self.is_skipped(execution, now) and schedule is not None and schedule.enabled and not schedule.is_paused(at)
         )
+
+    def ends_a_move(self, schedule: Schedule) -> bool:
+        """Whether it would have another start in the place of one that was moved."""
+        return any(number == schedule.id and not _is_start(at, schedule, self.calendar) for number, at in self.moved)
 
     def name(self, schedule: Schedule | None) -> str:
         """The name entered by a person; empty if it is made of mission and robot, or group."""
@@ -241,6 +246,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         usual_s=_usual_s(history, past, now),
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         skips=skips,
+        moved=frozenset(catalogue.moved_away()),
         **live(services, settings, robots),
     )
 

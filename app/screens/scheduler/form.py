@@ -189,6 +189,10 @@ class FormModel(EventDispatcher):
         self.draft = replace(self.draft, parameters=values)
         draft, schedule, catalogue = self.draft, self.draft.schedule(), self._services.catalogue
         before = draft.base and replace(draft.base, name=self._begun.name)  # what was generated is no entry
+        if schedule == before:
+            self.is_open = False
+            self._shell.snackbars.show(_("{name} is unchanged").format(name=form_view.called(self._facts, draft)))
+            return
         self.saving = draft
         self._shell.background.run(
             lambda: catalogue.save_schedule(schedule) if before is None else catalogue.change(before, schedule),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from app.domain.execution import Execution
 from app.domain.models import Group, Robot, Schedule
 from app.i18n import _, ngettext
@@ -12,6 +14,7 @@ from app.screens.common.robot_appearance import off_word, robot_option
 from app.screens.scheduler.draft import Target
 from app.screens.scheduler.facts import SchedulerFacts
 from app.services.allocation.situation import NORMAL
+from app.services.planning.planned import PlannedRun
 from app.widgets.items import Option
 
 
@@ -28,6 +31,15 @@ def target_options(facts: SchedulerFacts) -> list[Option]:
     ]
     robots = (robot_option(robot, "" if robot.enabled else off_word(robot)) for robot in facts.robots)
     return [*groups, *robots]
+
+
+def other_robots(facts: SchedulerFacts, run: PlannedRun, lacks: Collection[str]) -> list[Option]:
+    """To which a planned start may be moved, with those whose names say that they lack its mission."""
+    return [
+        robot_option(robot, _("does not have the mission") if robot.name in lacks else "")
+        for robot in facts.robots
+        if robot.enabled and robot.id != run.schedule.robot_id
+    ]
 
 
 def target_text(target: Robot | Group | None) -> str:

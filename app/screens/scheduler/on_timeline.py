@@ -14,17 +14,18 @@ from app.domain.execution import Execution
 from app.domain.models import Schedule
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.group_starts import GroupStarts, robots_for
+from app.screens.common.group_starts import GroupStarts, lacking, robots_for
 from app.screens.common.robot_appearance import robot_option
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher, ViewModel
-from app.screens.scheduler import bar_card, timeline, view
+from app.screens.scheduler import bar_card, of_groups, timeline, view
 from app.screens.scheduler.actions import ScheduleActions
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices, Window, full_hour
 from app.screens.scheduler.form import FormModel
 from app.screens.scheduler.timeline import TimelineView
 from app.services.catalogue.preview import Forecast
+from app.services.planning.planned import PlannedRun
 from app.widgets.items import Card, Option
 
 PAGE = 0.5  # of what the plan shows, that a press moves it by
@@ -223,6 +224,7 @@ class OnTimeline(ViewModel):
                 if run is not None:
                     return bar_card.start_card(self._facts, run, self._services.clock.now()), {
                         "move": lambda: self.pick_move(key),
+                        "robot": lambda: self.pick_robot(run),
                         "edit": lambda: self.edit(run.schedule.moved_of or number),
                         "skip": lambda: self.actions.skip(run.schedule, at),
                         "run": lambda: self.actions.run_now(run.schedule),
@@ -313,7 +315,10 @@ class OnTimeline(ViewModel):
         was = formats.day_and_time(at, zone, self._services.clock.now())
         note = _("was {time}").format(time=was)
         if moved is not None:
-            note += f" · {_('All starts')}: {view.zoned(view.short_rule(moved), zone, self._facts)}"
+            rule = view.zoned(view.short_rule(moved), zone, self._facts)
+            if self._facts.ends_a_move(moved):
+                rule = _("{rule}, also those moved before").format(rule=rule)
+            note += f" · {_('All starts')}: {rule}"
         self.moving = Moving(
             key,
             to,
@@ -351,6 +356,23 @@ class OnTimeline(ViewModel):
             self.move_start(key, (instant - (self.timeline.origin or instant)).total_seconds() / 3600)
 
         self._shell.dialogs.pick_time(_("Move to"), local.time(), picked)
+
+    def pick_robot(self, run: PlannedRun) -> None:
+        """Of a planned start: ask which other one takes it. One without its mission can't."""
+        facts = self._facts
+        lacks = lacking(run.mission, facts.robots, facts.missions, facts.names)
+
+        def picked(robot_id: int) -> None:
+            robot = facts.robot(robot_id)
+            if robot is not None and robot.name in lacks:
+                said = _("{robot} does not have the mission {mission}").format(
+                    robot=robot.name, mission=run.mission.name
+                )
+                self._shell.snackbars.show(said, icon="alert-circle-outline")
+            else:
+                self.actions.move_one(run.schedule, run.at, run.at, robot)
+
+        self._shell.dialogs.choose(_("Move to"), of_groups.other_robots(facts, run, lacks), picked)
 
     def _instant(self, hour: float) -> datetime:
         return (self.timeline.origin or self._services.clock.now()) + timedelta(hours=hour)

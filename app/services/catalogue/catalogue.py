@@ -18,7 +18,7 @@ from app.database.group_executions import GroupExecutionRepository
 from app.database.groups import GroupRepository, PlaceRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.database.schedules import ScheduleRepository
+from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import STEPS_LEFT_OUT, CalendarRepository, SettingsRepository
 from app.domain.clock import Clock
 from app.domain.models import (
@@ -108,6 +108,11 @@ class Catalogue:
     def schedules(self) -> list[Schedule]:
         """In order of name; without single starts that were moved, which are of one of these."""
         return [schedule for schedule in self._schedules.all(self._db.read()) if schedule.moved_of is None]
+
+    def moved_away(self) -> set[Skip]:
+        """Starts of schedules that were moved and are still to come, by where they were."""
+        found = (each for each in self._schedules.all(self._db.read()) if each.enabled and each.next_at is not None)
+        return {(each.moved_of, each.moved_from) for each in found if each.moved_of and each.moved_from}
 
     def schedule(self, schedule_id: int) -> Schedule | None:
         """Also a single start that was moved."""

@@ -142,6 +142,55 @@ def test_what_moves_with_a_dragged_start_of_many_is_said_before_and_after(screen
     assert "is changed: Every 30 min 08:10–16:10" in ui.find(Snackbar).text
 
 
+def test_a_start_moved_before_is_said_to_go_where_all_starts_go(screen, container, ui):
+    often = container.catalogue.save_schedule(
+        replace(
+            named(container, "Night stock count", "Aino"),
+            start=datetime(2026, 11, 20, 8, 0),
+            recurrence="FREQ=MINUTELY;INTERVAL=30",
+            between=Between(time(8), time(16)),
+        )
+    )
+    at, minute = datetime(2026, 11, 20, 13, 0, tzinfo=UTC), timedelta(minutes=1)
+    container.moving.move(often.id, at + 30 * minute, datetime(2026, 11, 20, 15, 40))
+    settle(screen, ui)
+    for minutes, words in ((10, "08:10–16:10, also those moved before"), (30, "08:30–16:30")):
+        hour = (at + minutes * minute - screen.plan.timeline.origin) / timedelta(hours=1)
+        screen.plan.move_start(("schedule", often.id, at), hour)
+        assert screen.plan.moving.note == f"was 15:00 · All starts: Every 30 min {words}"
+
+
+def test_a_start_goes_to_another_robot_by_its_card_and_back(screen, container, ui):
+    schedule = named(container, "Night stock count", "Aino")
+    tap_bar(ui, ("schedule", schedule.id))
+    card_of(ui)
+    take(screen, ui, "Other robot")
+    ui.tap(ui.find(OptionRow, title="Sisu"))
+    settle(screen, ui)
+    [run] = [run for run in container.plan.next(40) if run.schedule.moved_of == schedule.id]
+    assert (run.robot.name, ui.find(Snackbar).text) == ("Sisu", "Night stock count on Aino is moved to Sisu")
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert not [run for run in container.plan.next(40) if run.schedule.moved_of]
+
+
+def test_a_start_does_not_go_to_a_robot_without_its_mission(screen, container, ui, monkeypatch):
+    schedule = named(container, "Night stock count", "Aino")
+    sisu = next(robot for robot in container.catalogue.robots() if robot.name == "Sisu")
+    monkeypatch.setattr(container.robot_missions, "names", lambda robot_id: {"x": "X"} if robot_id == sisu.id else {})
+    screen.plan._refresher.read()
+    settle(screen, ui)
+    tap_bar(ui, ("schedule", schedule.id))
+    card_of(ui)
+    take(screen, ui, "Other robot")
+    row = ui.find(OptionRow, title="Sisu")
+    assert "does not have the mission" in row.item.support
+    ui.tap(row)
+    settle(screen, ui)
+    assert ui.find(Snackbar).text == "Sisu does not have the mission Night stock count"
+    assert not [run for run in container.plan.next(40) if run.schedule.moved_of]
+
+
 def test_what_was_edited_while_the_question_is_open_stays(screen, container, ui):
     schedule = named(container, "Night stock count", "Aino")
     drag(screen, ui, schedule, -1.5)

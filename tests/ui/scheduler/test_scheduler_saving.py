@@ -73,6 +73,35 @@ def test_a_robot_that_failed_is_asked_again_with_the_next_reading(screen, contai
     assert screen.plan.form.parameters.silent == ""
 
 
+def test_a_late_failure_says_nothing_of_the_robot_that_is_asked_now(screen, container, ui, hanging, monkeypatch):
+    def parameters(robot_id, _guid):
+        hanging.wait(30)
+        raise OSError(f"{robot_id}: no answer")
+
+    monkeypatch.setattr(container.robot_missions, "parameters", parameters)
+    new(screen, ui)
+    form, kits = screen.plan.form, next(one.id for one in container.catalogue.missions() if one.name == KITS)
+    form.set(mission_id=kits)
+    ui.advance(0.2)
+    asked = form.parameters.asking
+    go, _known = threading.Event(), hanging.set()
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: go.wait(30) and ())
+    form.set(robot_id=next(robot.id for robot in container.catalogue.robots() if robot.name != asked))
+    ui.advance(1)
+    assert form.parameters.asking not in ("", asked)
+    assert form.parameters.silent == ""
+    go.set()
+
+
+def test_saving_what_was_not_changed_says_so(screen, container, ui):
+    before = stock(container)
+    screen.plan.edit(before.id)
+    settle(screen, ui)
+    save(screen, ui)
+    assert screen.shell.snackbars.texts == ["Night stock count on Aino is unchanged"]
+    assert (screen.plan.form.is_open, stock(container)) == (False, before)
+
+
 def test_changes_after_save_are_kept_when_saving_fails(screen, container, ui, refused):
     choose(screen, ui, "Mission", KITS)
     ui.tap(save_button(ui))
