@@ -63,14 +63,14 @@ def is_charging(status: RobotStatus | None) -> bool:
 
 
 def at_work(rows: Iterable[Execution], status: RobotStatus | None) -> list[Execution]:
-    """A robot's open starts that block others: not its idle mission while it charges, and not starts that wait for
-    something other than the robot."""
-    return [
-        row
-        for row in rows
-        if not (row.trigger is Trigger.IDLE and is_charging(status))
-        and not (row.state is State.WAITING and row.wait in LEAVES_ROBOT_FREE)
-    ]
+    """A robot's open starts that block others."""
+    return [row for row in rows if is_at_work(row, is_charging(status))]
+
+
+def is_at_work(row: Execution, charges: bool) -> bool:
+    """Not a robot's idle mission while it charges, and not a start that waits for something other than the robot."""
+    waits_for_another = row.state is State.WAITING and row.wait in LEAVES_ROBOT_FREE
+    return not waits_for_another and not (row.trigger is Trigger.IDLE and charges)
 
 
 def is_free(status: RobotStatus | None, queue: Sequence[QueueItem], rows: Iterable[Execution]) -> bool:

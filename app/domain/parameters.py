@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from app.domain.message import Message, message, render
+from app.domain.message import Message, message
 from app.domain.models import InvalidInput
 from app.domain.robot import MissionParameter
 
@@ -26,14 +26,6 @@ IDENTIFIER = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", re.IGNOREC
 
 
 THOUSANDS = re.compile(r"[^.,]*[.,]\d{3}")  # as a whole number 1,000 may be one or a thousand
-
-
-class WrongValue(ValueError):
-    """``message`` says what is wanted instead."""
-
-    def __init__(self, what: Message) -> None:
-        self.message = what
-        super().__init__(render(what))
 
 
 def values_for(mission: str, parameters: Sequence[MissionParameter], typed: Mapping[str, Any]) -> dict[str, Any]:
@@ -55,7 +47,7 @@ def values_for(mission: str, parameters: Sequence[MissionParameter], typed: Mapp
         if parameter.name in typed:
             try:
                 values[parameter.name] = value_for(parameter, entered)
-            except WrongValue as problem:
+            except InvalidInput as problem:
                 raise InvalidInput(
                     "parameters",
                     "{mission} can't take {value} for {name}: {problem}",
@@ -87,7 +79,7 @@ def missing(parameters: Sequence[MissionParameter]) -> list[str]:
 def _has_default(parameter: MissionParameter) -> bool:
     try:
         value_for(parameter, parameter.default)
-    except WrongValue:
+    except InvalidInput:
         return False
     return True
 
@@ -111,24 +103,24 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def value_for(parameter: MissionParameter, entered: Any) -> Any:
-    """Raises WrongValue."""
+    """Raises InvalidInput."""
     kind = kind_of(parameter)
     if kind == "choice":
         return _chosen(parameter, entered)
     text = str("" if entered is None else entered).strip()
     if kind == "text":
         if not text:
-            raise WrongValue(message("Enter a value"))
+            raise InvalidInput("value", "Enter a value")
         return text if isinstance(entered, str) else entered
     if kind == "duration":
         if (found := DURATION.fullmatch(text)) is None:
-            raise WrongValue(message("Enter hours, minutes and seconds, such as 00:05:00"))
+            raise InvalidInput("value", "Enter hours, minutes and seconds, such as 00:05:00")
         return written(found)
     number = _number(text, is_whole=kind == "int")
     if (parameter.minimum is not None and number < parameter.minimum) or (
         parameter.maximum is not None and number > parameter.maximum
     ):
-        raise WrongValue(message("It must be {range}", range=range_of(parameter)))
+        raise InvalidInput("value", "It must be {range}", range=range_of(parameter))
     if not isinstance(entered, str):
         return number if kind == "int" else entered
     was_whole = (
@@ -139,18 +131,17 @@ def value_for(parameter: MissionParameter, entered: Any) -> Any:
 
 def _chosen(parameter: MissionParameter, entered: Any) -> Any:
     if entered is None or entered == "":
-        raise WrongValue(message("Choose one"))
+        raise InvalidInput("value", "Choose one")
     if not parameter.choices:
         if (answer := yes_or_no(entered)) is None:
-            raise WrongValue(message("Choose one"))
+            raise InvalidInput("value", "Choose one")
         return answer
     if (meant := parameter.value_of(entered)) is not None:
         return meant
     if parameter.is_position and _is_guid(entered):  # one that the robot doesn't list, such as an entry
         return str(entered).strip()
-    raise WrongValue(
-        message("Choose one of {choices}", choices=_listed([label for _value, label in parameter.choices]))
-    )
+    labels = [label for _value, label in parameter.choices]
+    raise InvalidInput("value", "Choose one of {choices}", choices=_listed(labels))
 
 
 def kind_of(parameter: MissionParameter) -> str:
@@ -199,11 +190,10 @@ def _number(text: str, *, is_whole: bool) -> int | float:
             raise ValueError(text)
         number: int | float = int(text) if text.isdecimal() and is_whole else float(text.replace(",", "."))
     except ValueError:
-        raise WrongValue(
-            message("A whole number is needed") if is_whole and text else message("A number is needed")
-        ) from None
+        wanted = "A whole number is needed" if is_whole and text else "A number is needed"
+        raise InvalidInput("value", wanted) from None
     if isinstance(number, float) and not math.isfinite(number):
-        raise WrongValue(message("A number is needed"))
+        raise InvalidInput("value", "A number is needed")
     if is_whole and not float(number).is_integer():
-        raise WrongValue(message("A whole number is needed"))
+        raise InvalidInput("value", "A whole number is needed")
     return int(number) if is_whole else number

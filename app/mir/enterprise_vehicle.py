@@ -80,8 +80,7 @@ class EnterpriseVehicle(EnterpriseRequests):
             ask_active()
             return RobotStatus(state=RobotState.READY, elapsed_s=self._clock() - began)
         robot, date, took = self._connection.shared(self, f"robot {self.vehicle}", self._ask_robot, within)
-        identity = robot.get("robot-identity")
-        found = words.vehicle(identity if isinstance(identity, dict) else {}).serial_number
+        found = words.vehicle(parse.part(robot, "robot-identity")).serial_number
         if self.serial_number and found and found != self.serial_number:
             raise AnotherRobot(address=self.address.netloc, expected=self.serial_number, found=found)
         self._check_contact(robot, date)
@@ -302,9 +301,8 @@ class EnterpriseVehicle(EnterpriseRequests):
         if active:
             notes.newest[self.vehicle] = max(active)
         elif own:
-            notes.newest[self.vehicle] = self._number_of_phase(
-                clean(max(own, key=words.created).get("order-id"), 80), token
-            )
+            newest = max(own, key=lambda row: clean(row.get("order-created"), 40))
+            notes.newest[self.vehicle] = self._number_of_phase(clean(newest.get("order-id"), 80), token)
         elif token and token != notes.sent_before.get(self.vehicle):
             notes.newest[self.vehicle] = words.number_of(token)
         notes.sent_before[self.vehicle] = token

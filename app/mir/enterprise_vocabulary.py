@@ -144,11 +144,6 @@ def one_of_each_order(events: Sequence[parse.Object]) -> dict[str, parse.Object]
     return found
 
 
-def created(order: parse.Object) -> str:
-    """A time that orders can be sorted by."""
-    return clean(order.get("order-created"), 40)
-
-
 def gives_way(event: parse.Object) -> bool:
     """An order that the fleet has made itself, and that ends when another comes."""
     return clean(event.get("order-type"), 40).casefold() in (*_CHARGES, *_STAGES)
@@ -169,7 +164,7 @@ def status(
     robot: parse.Object, running: Sequence[parse.Object], prompt: UserPrompt | None, date: datetime | None, took: float
 ) -> RobotStatus:
     """``running``: events of the orders that the robot has begun: some give way to others."""
-    identity, runtime = (_part(robot, name) for name in ("robot-identity", "runtime-data"))
+    identity, runtime = (parse.part(robot, name) for name in ("robot-identity", "runtime-data"))
     word = clean(robot.get("robot-end-state"), 80)
     return RobotStatus(
         state=_state(word.casefold(), running),
@@ -189,14 +184,9 @@ def status(
     )
 
 
-def _part(value: parse.Object, name: str) -> parse.Object:
-    found = value.get(name)
-    return found if isinstance(found, dict) else {}
-
-
 def heard_at(robot: parse.Object) -> str:
     """When the fleet has last heard of it; "" if it never has."""
-    return clean(_part(robot, "runtime-data").get("timestamp"), 40)
+    return clean(parse.part(robot, "runtime-data").get("timestamp"), 40)
 
 
 def _state(word: str, running: Sequence[parse.Object]) -> RobotState:
@@ -217,8 +207,7 @@ def _problem(value: parse.Object) -> RobotProblem:
 
 
 def prompt(event: parse.Object) -> UserPrompt | None:
-    found = parse.user_prompt({**event, "guid": event.get("id"), "question": event.get("title")})
-    return found
+    return parse.user_prompt({**event, "guid": event.get("id"), "question": event.get("title")})
 
 
 # ---------------------------------------------------------------------- missions

@@ -76,8 +76,7 @@ def as_text(value: Any) -> str:
 
 def vehicle(listed: parse.Object) -> Vehicle:
     """A robot as the fleet lists it. The name is not in all answers about one robot; its status has it too."""
-    shown = listed.get("status")
-    name = listed.get("name") or (shown.get("robot_name") if isinstance(shown, dict) else "")
+    name = listed.get("name") or parse.part(listed, "status").get("robot_name")
     return Vehicle(
         parse.text_or_none(listed.get("id")) or "",
         clean(name, 80),
@@ -94,8 +93,7 @@ def has_contact(listed: parse.Object) -> bool:
 
 def vehicle_status(listed: parse.Object, mode: str, date: datetime | None, elapsed_s: float) -> RobotStatus:
     """``mode``: the fleet's own state if it gives no orders, else "". Raises Unreadable."""
-    shown = listed.get("status")
-    shown = shown if isinstance(shown, dict) else {}
+    shown = parse.part(listed, "status")
     own: dict[str, Any] = {
         "state_text": shown.get("state_text") or "",
         "mission_queue_id": None,  # of the robot's own queue

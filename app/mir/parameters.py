@@ -16,7 +16,7 @@ from typing import Any
 from app.domain.message import message
 from app.domain.robot import POSITIONS, MissionActions, MissionParameter
 from app.mir.errors import Unreadable
-from app.mir.parse import LONGEST_LIST, Object, float_or_none, int_or_none, some_objects, text_or_none
+from app.mir.parse import LONGEST_LIST, Object, float_or_none, int_or_none, part, some_objects, text_or_none
 from app.mir.texts import clean
 
 MOST_PARAMETERS = 50  # of a mission: each is a field on the screen
@@ -121,8 +121,7 @@ def _unique(found: Iterable[MissionParameter]) -> list[MissionParameter]:
 
 
 def _parameter(value: Object) -> MissionParameter:
-    constraints = value.get("constraints")
-    constraints = constraints if isinstance(constraints, dict) else {}
+    constraints = part(value, "constraints")
     choices = constraints.get("choices", value.get("choices"))
     default = next(
         (place[key] for place, key in ((constraints, "default"), (value, "default"), (value, "value")) if key in place),

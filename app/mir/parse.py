@@ -109,6 +109,12 @@ def objects(value: Any, what: Message) -> list[Object]:
     return value
 
 
+def part(value: Object, name: str) -> Object:
+    """An object inside of one; {} if it is none."""
+    found = value.get(name)
+    return found if isinstance(found, dict) else {}
+
+
 def some_objects(value: Any) -> list[Object]:
     """Its objects; [] if it is not a list."""
     return [entry for entry in value[:LONGEST_LIST] if isinstance(entry, dict)] if isinstance(value, list) else []

@@ -9,7 +9,8 @@ from types import MappingProxyType
 from typing import Any
 
 from app.domain.message import render
-from app.domain.parameters import DURATION, WrongValue, kind_of, range_of, value_for, written, yes_or_no
+from app.domain.models import InvalidInput
+from app.domain.parameters import DURATION, kind_of, range_of, value_for, written, yes_or_no
 from app.domain.robot import MissionParameter
 from app.i18n import _
 
@@ -61,7 +62,7 @@ def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]
     for parameter in parameters:
         try:
             values[parameter.name] = value_for(parameter, entered.get(parameter.name))
-        except WrongValue as problem:
+        except InvalidInput as problem:
             problems[parameter.name] = render(problem.message, _)
     if problems:
         raise Problems(problems)

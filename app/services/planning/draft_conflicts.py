@@ -6,6 +6,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Collection, Iterator, Sequence
 from datetime import datetime
+from functools import cache
 
 from app.database.groups import GroupRepository
 from app.database.robots import RobotRepository
@@ -56,7 +57,7 @@ class DraftConflicts:
         self.on_its_robot: list[Neighbours] = [
             [run for run in near if self._is_on_its_robot(run.schedule)] for near in self._near
         ]
-        self._if_slow = dict[int, list[tuple[int, Occupancy]]]()
+        self._if_slow = cache(self._occupancies_if_slow)
 
     # ------------------------------------------------------------------ what it shares, and with whom
     def _only_robot(self, target: Robot | Group) -> Robot | None:
@@ -141,7 +142,8 @@ class DraftConflicts:
 
     def has_room(self, number: int, begins: datetime, ends: datetime) -> bool:
         """Whether that start could be then, as far as groups and places are concerned, though others take long."""
-        if number not in self._if_slow:
-            slow = resources(self._near[number], self._shared, slow=True)
-            self._if_slow[number] = [(resource.room, Occupancy(resource.spans)) for resource in slow]
-        return all(occupancy.most(begins, ends) < room for room, occupancy in self._if_slow[number])
+        return all(occupancy.most(begins, ends) < room for room, occupancy in self._if_slow(number))
+
+    def _occupancies_if_slow(self, number: int) -> list[tuple[int, Occupancy]]:
+        slow = resources(self._near[number], self._shared, slow=True)
+        return [(resource.room, Occupancy(resource.spans)) for resource in slow]

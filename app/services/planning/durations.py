@@ -8,6 +8,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
+from functools import cache, partial
 from itertools import pairwise
 
 from app.database.groups import PlaceRepository
@@ -130,16 +131,16 @@ class MissionDurations:
     """The mission of a name on each robot, and its duration there: read once for one question."""
 
     def __init__(self, c: sqlite3.Connection, groups: Iterable[Group] = (), live: LiveRobots = NO_LIVE_ROBOTS) -> None:
-        self._c, self._live, self._durations = c, live, DurationRepository()
+        self._c, self._live = c, live
         self.missions = {mission.id: mission for mission in MissionRepository().all(c)}
         self._by_name = {(mission.name, mission.robot_id): mission for mission in self.missions.values()}
         self._peers: dict[int, tuple[int, ...]] = {}  # robots of a robot's groups
         for group in groups:
             for robot_id in group.members:
                 self._peers[robot_id] = tuple(sorted({*self._peers.get(robot_id, ()), *group.members}))
-        self._usual: dict[tuple[int, str], DurationEstimate | None] = {}
-        self._pooled: dict[tuple[str, tuple[int, ...]], DurationEstimate | None] = {}
-        self._run_durations: dict[tuple[int, str, bool], float | None] = {}
+        self._measured = cache(partial(DurationRepository().usual, c))  # by robot and guid
+        self._pooled = cache(self._measured_on_any)
+        self.duration = cache(self._duration)
 
     def mission(self, name: str, robot_id: int | None = None) -> Mission | None:
         """The robot's own, else the one for all robots; None: no mission of that name."""
@@ -161,12 +162,12 @@ class MissionDurations:
 
     def usual_of_any(self, mission: Mission, members: Sequence[int]) -> DurationEstimate | None:
         """Of the runs of all these robots together, or as typed."""
-        key = mission.name, tuple(members)
-        if key not in self._pooled:
-            own = [(robot_id, self.mission(mission.name, robot_id)) for robot_id in members]
-            found = [self._measured(robot_id, meant.guid) for robot_id, meant in own if meant is not None]
-            self._pooled[key] = pooled([each for each in found if each is not None])
-        return expected(self._pooled[key], mission)
+        return expected(self._pooled(mission.name, tuple(members)), mission)
+
+    def _measured_on_any(self, name: str, members: Sequence[int]) -> DurationEstimate | None:
+        own = [(robot_id, self.mission(name, robot_id)) for robot_id in members]
+        found = [self._measured(robot_id, meant.guid) for robot_id, meant in own if meant is not None]
+        return pooled([each for each in found if each is not None])
 
     def usual_on(self, target: Robot | Group, mission: Mission) -> DurationEstimate | None:
         """On a robot, or on any robot of a group."""
@@ -174,27 +175,13 @@ class MissionDurations:
             self.usual(target.id, mission) if isinstance(target, Robot) else self.usual_of_any(mission, target.members)
         )
 
-    def duration(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
+    def _duration(self, robot_id: int, mission: str, *, slow: bool = False) -> float | None:
         """As the decision code estimates it, in seconds; None: the robot lacks the mission."""
-        key = robot_id, mission, slow
-        if key not in self._run_durations:
-            meant = self.mission(mission, robot_id)
-            self._run_durations[key] = (
-                None
-                if meant is None or not self.has(robot_id, mission)
-                else run_duration(
-                    self.usual(robot_id, meant),
-                    self.usual_of_any(meant, self._peers.get(robot_id, (robot_id,))),
-                    slow=slow,
-                )
-            )
-        return self._run_durations[key]
-
-    def _measured(self, robot_id: int, guid: str) -> DurationEstimate | None:
-        key = robot_id, guid
-        if key not in self._usual:
-            self._usual[key] = self._durations.usual(self._c, robot_id, guid)
-        return self._usual[key]
+        meant = self.mission(mission, robot_id)
+        if meant is None or not self.has(robot_id, mission):
+            return None
+        peers = self._peers.get(robot_id, (robot_id,))
+        return run_duration(self.usual(robot_id, meant), self.usual_of_any(meant, peers), slow=slow)
 
 
 def wilson(successes: int, cases: int, z: float = Z_95) -> tuple[float, float] | None:

@@ -9,6 +9,7 @@ from bisect import insort
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from math import inf
 from typing import NamedTuple
 
@@ -93,7 +94,7 @@ class _Simulation:
         self._next = 0  # of the numbers
         self._waiting: list[int] = []
         self._found: dict[int, ForecastSlot] = {}
-        self._slow_durations: dict[tuple[str, tuple[int, ...]], float] = {}
+        self._slow_s = cache(self._slow_duration)
         self._chosen = 0
         self._leave_at = defaultdict[str, list[float]](list)  # when each of those at a place leaves it
         for name, ends in site.at_places.items():
@@ -219,16 +220,10 @@ class _Simulation:
             if each.planned_s > now + AHEAD:
                 return
             if (each.is_fixed or each.priority > least) and not set(each.members).isdisjoint(robots):
-                ahead = each.planned_s - now
-                yield PlannedStart(each.mission, each.members, ahead, self._slow(each), each.priority, each.is_fixed)
+                ahead, lasts = each.planned_s - now, self._slow_s(each.mission, each.members)
+                yield PlannedStart(each.mission, each.members, ahead, lasts, each.priority, each.is_fixed)
 
-    def _slow(self, each: ForecastStart) -> float:
-        key = each.mission, each.members
-        if key not in self._slow_durations:
-            lasts = [
-                seconds
-                for robot_id in each.members
-                if (seconds := self._site.duration(robot_id, each.mission, slow=True)) is not None
-            ]
-            self._slow_durations[key] = max(lasts, default=UNKNOWN_S)
-        return self._slow_durations[key]
+    def _slow_duration(self, mission: str, members: Sequence[int]) -> float:
+        """On the slowest of these robots."""
+        lasts = (self._site.duration(robot_id, mission, slow=True) for robot_id in members)
+        return max((seconds for seconds in lasts if seconds is not None), default=UNKNOWN_S)

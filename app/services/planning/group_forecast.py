@@ -15,9 +15,9 @@ from app.database.executions import ExecutionRepository
 from app.database.group_executions import GroupExecutionRepository
 from app.database.robots import HoldRepository
 from app.domain import rules
-from app.domain.choice import LEAVES_ROBOT_FREE
+from app.domain.activity import is_at_work
 from app.domain.clock import DAY, days_between, midnight
-from app.domain.execution import Execution, State, Trigger
+from app.domain.execution import Execution, State
 from app.domain.models import Group, HandOver, Mission, Robot, Schedule, Settings
 from app.services.allocation.choose import AHEAD
 from app.services.allocation.situation import remaining_duration, run_duration
@@ -150,17 +150,11 @@ class GroupForecast:
         """Until when each robot is busy with the app's executions, and until when these need their places."""
         left, at_places = dict[int, float](), defaultdict[str, list[float]](list)
         for row in ExecutionRepository().open_all(self._c):
-            if row.robot_id is not None and self._is_at_work(row, row.robot_id):
+            if row.robot_id is not None and is_at_work(row, self._live.is_charging(row.robot_id)):
                 left[row.robot_id] = left.get(row.robot_id, 0.0) + self._left(row, row.robot_id)
                 for place in self._places.get(row.mission, ()):
                     at_places[place].append(left[row.robot_id])
         return left, at_places
-
-    def _is_at_work(self, row: Execution, robot_id: int) -> bool:
-        """Without the charging of an idle robot, and starts that wait for something other than their robot."""
-        if row.trigger is Trigger.IDLE and self._live.is_charging(robot_id):
-            return False
-        return row.state is not State.WAITING or row.wait not in LEAVES_ROBOT_FREE
 
     def _left(self, row: Execution, robot_id: int) -> float:
         usual = self._durations.usual(robot_id, Mission(row.mission, row.mission_guid))

@@ -14,15 +14,14 @@ from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
 from app.domain.clock import MOMENT, Clock
-from app.domain.execution import DurationEstimate
-from app.domain.models import Group, Mission, Place, Robot, Schedule
+from app.domain.models import Group, Place, Robot, Schedule
 from app.services.allocation.choose import AHEAD
 from app.services.planning.conflicts import Shared, place_warning, plan_conflicts
 from app.services.planning.durations import NO_LIVE_ROBOTS, LiveRobots, MissionDurations
 from app.services.planning.group_forecast import GroupForecast
 from app.services.planning.planned import Conflict, Planned, PlannedRun, copy_at, planned_run
 from app.services.planning.recurrence import occurrences
-from app.services.planning.working_days import WorkingCalendar, working_calendar
+from app.services.planning.working_days import working_calendar
 
 MOST = 100_000  # occurrences in one span: what takes half a second and 30 MB
 WEEK = timedelta(days=7)
@@ -137,16 +136,18 @@ class _Reading:
                 and self.forecast is not None
                 and self.forecast.lacks_mission(target, mission.name)
             )
-            runs = _runs(schedule, target, mission, usual, self._calendar, begin, lacks_mission)
-            streams.append(self._as_people_want(runs))
+            first = planned_run(schedule.next_at, schedule, target, mission, usual, lacks_mission)
+            streams.append(self._runs(first, begin or first.at))
         return streams
 
-    def _as_people_want(self, runs: Iterator[PlannedRun]) -> Iterator[PlannedRun]:
+    def _runs(self, first: PlannedRun, start: datetime) -> Iterator[PlannedRun]:
         """Without those that a person has skipped; held ones are marked."""
-        for run in runs:
-            key = run.schedule.id, run.at
-            if key not in self._skips:
-                yield copy_at(run, run.at, held=True) if key in self._held else run
+        schedule = first.schedule
+        wanted = max((schedule.paused_until if schedule.is_paused(first.at) else None) or first.at, start)
+        after, begun = (first.at, [first.at]) if wanted == first.at else (wanted - MOMENT, [])
+        for at in chain(begun, (o.instant for o in occurrences(schedule, after, self._calendar))):
+            if (schedule.id, at) not in self._skips:
+                yield copy_at(first, at, held=(schedule.id, at) in self._held)
 
     def conflicts(self, runs: Sequence[PlannedRun], start: datetime, last: datetime) -> list[Conflict]:
         """Of these runs, in order of time, that are planned from ``start`` (with groups from where the forecast begins) to ``last``."""
@@ -170,22 +171,3 @@ def _order(run: PlannedRun) -> tuple[datetime, int, str]:
 def _reaches(run: PlannedRun, start: datetime) -> bool:
     """Whether it may still be under way then."""
     return run.usual is not None and run.begins + min(timedelta(seconds=run.usual.slow_s), LONGEST_RUN) >= start
-
-
-def _runs(
-    schedule: Schedule,
-    target: Robot | Group,
-    mission: Mission,
-    usual: DurationEstimate | None,
-    calendar: WorkingCalendar,
-    start: datetime | None,
-    lacks_mission: bool,
-) -> Iterator[PlannedRun]:
-    first = schedule.next_at
-    if first is None:
-        return
-    like = planned_run(first, schedule, target, mission, usual, lacks_mission)
-    wanted = max((schedule.paused_until if schedule.is_paused(first) else None) or first, start or first)
-    after, begun = (first, [first]) if wanted == first else (wanted - MOMENT, [])
-    for at in chain(begun, (o.instant for o in occurrences(schedule, after, calendar))):
-        yield copy_at(like, at)
