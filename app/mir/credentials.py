@@ -7,9 +7,15 @@ import base64
 import binascii
 import hashlib
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 from app.domain.models import Fleet, FleetKind, InvalidInput, Robot
+from app.mir.address import Address
+
+Entered = TypeVar("Entered", Robot, Fleet)
+
+PLACE = ("username", "address", "certificate_sha256")  # what a token belongs to, with the machine there
 
 # Printed in MiR's manuals, each with the password that is the same in small letters; clients on robots send either spelling.
 _PUBLISHED = ("distributor", "Distributor", "admin", "Admin")
@@ -75,37 +81,42 @@ class Token:
         return bool(self.header)
 
 
-def token_for(robot: Robot, password: str | None, stored: Robot | None) -> str | None:
-    """The token that may be sent to ``robot`` as entered now, with normalised addresses: that of the password or,
-    without one, that of the stored robot; None if that belongs to another user, address, certificate or serial number.
-    The only place where this is decided.
+def with_token(entered: Entered, password: str | None, stored: Entered | None) -> Entered:
+    """``entered`` as it is now, with normalised addresses, and with the token that may be sent there: that of the
+    password (of Fleet Enterprise an API key) or, without one, that of the stored one; none if that belongs to another
+    user, address, certificate or serial number, or another fleet. Without a token it is off and needs its password; one
+    that only needed it is switched on. The only place where this is decided.
 
-    Raises InvalidInput for a user name that can't be one.
+    Raises InvalidInput for a user name or key that can't be one.
     """
-    if password is not None:
-        return Token.derive(robot.username, password).header
-    return stored.token if stored is not None and is_same_endpoint(robot, stored) else None
+    token = _token_for(entered, password, stored)
+    was_waiting = password is not None and stored is not None and stored.needs_password
+    enabled = token is not None and (entered.enabled or was_waiting)
+    return replace(entered, token=token, needs_password=token is None, enabled=enabled)
 
 
-def token_for_fleet(fleet: Fleet, password: str | None, stored: Fleet | None) -> str | None:
-    """The same for a fleet; the ``password`` of Fleet Enterprise is an API key."""
+def _token_for(entered: Robot | Fleet, password: str | None, stored: Robot | Fleet | None) -> str | None:
     if password is not None:
-        is_key = fleet.kind is FleetKind.ENTERPRISE
-        return (Token.of_key(password) if is_key else Token.derive(fleet.username, password)).header
-    is_same = stored is not None and all(
-        getattr(fleet, name) == getattr(stored, name) for name in ("username", "address", "certificate_sha256")
+        is_key = isinstance(entered, Fleet) and entered.kind is FleetKind.ENTERPRISE
+        return (Token.of_key(password) if is_key else Token.derive(entered.username, password)).header
+    return stored.token if stored is not None and _is_same_endpoint(entered, stored) else None
+
+
+def _is_same_endpoint(entered: Robot | Fleet, stored: Robot | Fleet) -> bool:
+    """Whether the credentials of one are valid for the other. A newly known machine makes no difference."""
+    machine = "identity" if isinstance(stored, Fleet) else "serial_number"
+    is_place = all(getattr(entered, name) == getattr(stored, name) for name in PLACE)
+    return is_place and getattr(stored, machine) in (None, getattr(entered, machine))
+
+
+def normalised(entered: Entered) -> Entered:
+    """With its address and fingerprint as they are stored. Raises InvalidInput."""
+    pin = entered.certificate_sha256
+    return replace(
+        entered,
+        address=Address.parse(entered.address).url,
+        certificate_sha256=normalise_fingerprint(pin) if pin else None,
     )
-    is_known = stored is not None and stored.identity in (None, fleet.identity)
-    return stored.token if stored is not None and is_same and is_known else None
-
-
-def is_same_endpoint(robot: Robot, stored: Robot) -> bool:
-    """Whether the credentials of one are valid for the other. A newly known serial number makes no difference."""
-    return (robot.username, robot.address, robot.certificate_sha256) == (
-        stored.username,
-        stored.address,
-        stored.certificate_sha256,
-    ) and stored.serial_number in (None, robot.serial_number)
 
 
 def normalise_fingerprint(text: str) -> str:

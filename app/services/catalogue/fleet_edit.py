@@ -12,7 +12,7 @@ from math import ceil
 
 from app.database.check_ups import CheckUpRepository
 from app.domain.models import Fleet, InvalidInput
-from app.mir.credentials import token_for_fleet
+from app.mir.credentials import with_token
 from app.services.catalogue import change_log, fields, robot_edit, validation
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
@@ -40,12 +40,10 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
             fleet = replace(fleet, profile=None)
     if not is_one_of_many:
         check_is_no_other(edit, fleet, stored)
-    token = token_for_fleet(fleet, password, stored)
-    if fleet.profile is not None and stored is not None and token != stored.token:  # orders show another key
+    fleet = with_token(fleet, password, stored)
+    if fleet.profile is not None and stored is not None and fleet.token != stored.token:  # orders show another key
         fleet = replace(fleet, profile=replace(fleet.profile, own_key=None))
-    was_waiting = password is not None and stored is not None and stored.needs_password
-    enabled = token is not None and (fleet.enabled or was_waiting)
-    return _put(edit, replace(fleet, token=token, needs_password=token is None, enabled=enabled), stored)
+    return _put(edit, fleet, stored)
 
 
 def check_is_no_other(edit: Edit, fleet: Fleet, before: Fleet | None = None) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from app.domain.execution import Reason, ReasonCode, Trigger
 from app.domain.models import IdleRule, InvalidInput, Robot
-from app.mir.credentials import token_for
+from app.mir.credentials import with_token
 from app.services.catalogue import change_log, fields, generated_names, group_edit, validation
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
@@ -40,10 +40,7 @@ def save(
     if not is_one_of_many:
         check_is_no_other(edit, robot, stored)
     if robot.fleet is None:
-        token = token_for(robot, password, stored)
-        was_waiting = password is not None and stored is not None and stored.needs_password
-        enabled = token is not None and (robot.enabled or was_waiting)
-        robot = replace(robot, token=token, needs_password=token is None, enabled=enabled)
+        robot = with_token(robot, password, stored)
     if robot.idle is not None:
         robot = replace(robot, idle=_checked_idle(edit, robot, robot.idle))
     return _put(edit, robot, stored)

@@ -25,7 +25,7 @@ from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger
 from app.domain.models import Group, HandOver, InvalidInput, Mission, Robot, Settings, existing
 from app.domain.robot import IdentifiedBy, Identity, MissionInfo, RobotState
 from app.mir.address import Address
-from app.mir.credentials import normalise_fingerprint, token_for
+from app.mir.credentials import normalised, with_token
 from app.mir.errors import Delivery, RobotError
 from app.mir.http import presented_fingerprint
 from app.mir.target import Target
@@ -320,21 +320,15 @@ class Operator:
         such as AnotherRobot and SerialNumberHidden.
         """
         stored = self._robots.get(self._db.read(), robot.id) if robot.id else None
-        pin = robot.certificate_sha256
-        robot = replace(
-            robot,
-            address=Address.parse(robot.address).url,
-            certificate_sha256=normalise_fingerprint(pin) if pin else None,
-            serial_number=robot.serial_number or (stored.serial_number if stored else None),
-        )
-        token = token_for(robot, password, stored)
-        if token is None:
+        serial_number = robot.serial_number or (stored.serial_number if stored else None)
+        robot = with_token(replace(normalised(robot), serial_number=serial_number), password, stored)
+        if robot.needs_password:
             raise InvalidInput(
                 "password", "enter the password: the stored one belongs to another user, address, certificate or robot"
             )
         known_by = (stored.identified_by if stored else None) or IdentifiedBy.SERIAL_NUMBER
         identified_by = IdentifiedBy.ADDRESS if by_address else known_by
-        with closing(self._make_client(replace(robot, token=token, identified_by=identified_by))) as client:
+        with closing(self._make_client(replace(robot, identified_by=identified_by))) as client:
             return client.identify()
 
     def presented_fingerprint(self, address: str) -> str:

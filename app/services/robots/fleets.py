@@ -20,8 +20,8 @@ from app.domain.message import Message, message
 from app.domain.models import ANY_VEHICLE, Fleet, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
 from app.i18n import _
-from app.mir.address import Address, machine
-from app.mir.credentials import normalise_fingerprint, token_for_fleet
+from app.mir.address import machine
+from app.mir.credentials import normalised, with_token
 from app.mir.errors import RobotError
 from app.services.catalogue import robot_edit
 from app.services.catalogue.catalogue import Catalogue, Edit
@@ -63,19 +63,13 @@ class Fleets:
         """Ask a fleet as entered, saved or not. Without a password the token of the saved one is used, if it belongs to
         that user, address and certificate. Raises InvalidInput or RobotError."""
         stored = self._fleet(fleet.id) if fleet.id else None
-        pin = fleet.certificate_sha256
-        fleet = replace(
-            fleet,
-            address=Address.parse(fleet.address).url,
-            certificate_sha256=normalise_fingerprint(pin) if pin else None,
-            identity=fleet.identity or (stored.identity if stored else None),
-        )
-        token = token_for_fleet(fleet, password, stored)
-        if token is None:
+        identity = fleet.identity or (stored.identity if stored else None)
+        fleet = with_token(replace(normalised(fleet), identity=identity), password, stored)
+        if fleet.needs_password:
             raise InvalidInput(
                 "password", "enter the password: the stored one belongs to another user, address or certificate"
             )
-        return self._ask(replace(fleet, token=token))
+        return self._ask(fleet)
 
     def find(self, fleet_id: int) -> Sequence[FoundVehicle]:
         """The fleet's robots by name, and any of them. What the fleet says of itself is stored. Raises RobotError, or
