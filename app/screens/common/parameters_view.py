@@ -56,6 +56,12 @@ def fields_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]
     ]
 
 
+def changed(parameters: Sequence[MissionParameter], values: Mapping[str, Any]) -> dict[str, Any]:
+    """Of the ``values`` in their fields those that a person has entered."""
+    found = {field.name: _written(field.default) for field in fields_of(parameters)}
+    return {name: value for name, value in values.items() if _written(value) != found.get(name)}
+
+
 def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
     """Name -> value as the robot wants it. Raises Problems."""
     values, problems = {}, {}
@@ -67,6 +73,11 @@ def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]
     if problems:
         raise Problems(problems)
     return values
+
+
+def _written(value: Any) -> str:
+    """As its field shows it."""
+    return "" if value is None else str(value)
 
 
 def _field(parameter: MissionParameter) -> str:

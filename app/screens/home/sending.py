@@ -12,7 +12,7 @@ from app.domain.execution import DurationEstimate
 from app.domain.models import Mission, Robot
 from app.domain.robot import MissionParameter
 from app.screens.common.missing_mission import FETCH, or_fetch
-from app.screens.common.parameters_view import Problems, fields_of, values_of
+from app.screens.common.parameters_view import Problems, changed, fields_of, values_of
 from app.screens.common.presses import OfRobot
 from app.screens.common.shell import Shell
 from app.screens.home.facts import HomeServices
@@ -45,11 +45,16 @@ class SendSheet(HomeSheet):
     view = ObjectProperty(SendView(), rebind=True)
     fields = ListProperty()
     problems = ObjectProperty({}, force_dispatch=True)  # by name of the parameter
+    entered = ObjectProperty({})
 
     def take(self, found: Sequence[MissionParameter] | None) -> None:
-        """What the mission asks for. If that is known already, or is not said, what was entered stays."""
+        """What the mission asks for; what was entered stays."""
         if found is not None and tuple(found) != tuple(self.parameters):
-            self.parameters, self.fields, self.problems = found, fields_of(found), {}
+            self.parameters, self.fields, self.problems = found, fields_of(found, self.entered), {}
+
+    def enter(self, values: Mapping[str, Any]) -> None:
+        """A field was changed: the values of all of them."""
+        self.entered, self.draft = changed(self.parameters, values), True
 
 
 class AllMissionsSheet(Finds, HomeSheet):

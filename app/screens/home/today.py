@@ -148,8 +148,9 @@ def _waits(key: tuple[str, int], mission: str, number: int, meta: str, goes: boo
 
 
 def _with_reason(row: Item, facts: HomeFacts, run: Execution, now: datetime) -> Item:
-    """What it waits for, besides its turn."""
-    if run.state is not State.WAITING or run.wait is Wait.DUE:
+    """What it waits for, besides its turn. Its row names a hold until its worker looks again, 2 s after the release."""
+    is_released = run.wait is Wait.HOLD and not run.held and facts.hold(run.robot_id or 0, now) is None
+    if run.state is not State.WAITING or run.wait is Wait.DUE or is_released:
         return row
     return replace(row, meta=reason_words(facts, run, now), meta_tone="attention", meta_icon=_WAIT_ICONS[run.wait])
 

@@ -12,7 +12,7 @@ from kivy.properties import ListProperty, ObjectProperty, StringProperty
 
 from app.domain.models import Robot
 from app.domain.robot import MissionParameter
-from app.screens.common.parameters_view import Problems, fields_of, values_of
+from app.screens.common.parameters_view import Problems, changed, fields_of, values_of
 from app.screens.common.shell import Shell
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
@@ -49,9 +49,8 @@ class FormParameters(EventDispatcher):
         self.fields = fields_of(self._parameters, self._draft().entered)
 
     def entered(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """Of what is in the fields; unchanged fields are not an entry."""
-        found = {field.name: _written(field.default) for field in fields_of(self._parameters)}
-        return {name: value for name, value in values.items() if _written(value) != found.get(name)}
+        """Of what is in the fields."""
+        return changed(self._parameters, values)
 
     def values(self) -> dict[str, Any] | None:
         """As the robot wants them; None if one can't be: its field says why."""
@@ -143,8 +142,3 @@ class FormParameters(EventDispatcher):
             for name, value in kept.items()
         ]
         self.show()
-
-
-def _written(value: Any) -> str:
-    """As its field shows it."""
-    return "" if value is None else str(value)

@@ -8,9 +8,11 @@ from threading import Event
 import pytest
 
 from app.domain.models import Group, InvalidInput
+from app.domain.robot import MissionParameter
 from app.screens.home.cards import SendTile
 from app.screens.home.sending import SendSheet
 from app.widgets.buttons import ChoiceChip, CommandButton
+from app.widgets.flow import ParameterFields
 from app.widgets.sheet import AskSheet
 from tests.ui.home.operator import (
     QUEUE,
@@ -83,6 +85,20 @@ def test_a_robot_that_stops_turns_the_button_of_the_sheet_off_and_says_why(home,
     home.aino.control({"emergency_stop": True})
     ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino", disabled=True))
     assert "Not while Aino is stopped" in ui.texts(ui.find(SendSheet))
+
+
+def test_what_was_entered_stays_when_the_robot_answers_otherwise(home, ui):
+    choose(ui, "Home")
+    sheet, pallets = ui.find(SendSheet), MissionParameter("count", "Pallets", "text")
+    sheet.take((pallets,))
+    ui.advance(0.2)
+    ui.find(ParameterFields, sheet).children[0].text = "seven"
+    ui.advance(0.2)
+    sheet.take((MissionParameter("dock", "Dock", "text", "3"), pallets))
+    ui.advance(0.2)
+    assert ui.find(ParameterFields, sheet).values() == {"dock": "3", "count": "seven"}
+    sheet.draft = False
+    home.shell.sheets.close(sheet)
 
 
 def test_a_start_that_already_runs_is_stopped_only_after_the_question(home, ui):

@@ -223,7 +223,6 @@ def test_the_values_of_missions_are_next_to_their_names():
         (Wait.CHECK_UP, {"user": "admin"}, "the app needs its own user at the fleet"),
         (Wait.ELSEWHERE, {}, "may have run already"),
         (Wait.ROBOT, {}, "waits for a robot"),
-        (Wait.HOLD, {}, "on hold, not run from 14:50"),
     ],
 )
 def test_a_blocked_start_says_why_in_its_row(wait, details, words):
@@ -311,6 +310,14 @@ def test_a_planned_start_in_a_hold_says_so_once(minutes, words):
     assert second.meta in ("", words)
     alone = replace(FACTS, planned=(replace(FACTS.planned[0], held=True), *FACTS.planned[1:]))
     assert [(row.meta, row.icon) for row in planned(alone)] == [("on hold", HAND), ("", "clock-outline")]
+
+
+def test_a_start_that_was_released_is_not_on_hold_until_its_worker_looks_again():
+    waits = replace(HELD, wait=Wait.HOLD, wait_details={"hold": "Maintenance"})
+    hold = Hold("Maintenance", None, ago(minutes=1))
+    for holds, held, words in (((hold,), False, "on hold, not run from"), ((), False, ""), ((), True, "on hold, not")):
+        facts = replace(FACTS, open=(replace(waits, held=held),), holds=holds, snapshots={})
+        assert [row.meta[: len(words) or None] for row in queue(facts)] == [words]
 
 
 def test_planned_starts_of_a_stopped_robot_are_for_when_it_is_back():
