@@ -16,7 +16,7 @@ from app.domain import writing
 from app.domain.execution import Execution, State, Wait
 from app.domain.message import is_message, render
 from app.domain.models import Connection, RobotSnapshot
-from app.domain.reasons import instant_of, known_zone, stored_sentence
+from app.domain.reasons import at_robot, instant_of, known_zone, stored_sentence
 from app.domain.writing import Translate
 
 MOST_SHOWN = 4  # robots of a sentence; of more, how many
@@ -80,7 +80,7 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
     for each in tried.values():
         if not (isinstance(each, Mapping) and each.get("tries") and each.get("robot") and each["robot"] != robot):
             continue
-        problem = each.get("problem")
+        problem = at_robot(each, str(each["robot"])).get("problem")
         text = render(problem, translate) if is_message(problem) else str(problem or "")
         template = translate("{robot}: {problem}") if text else translate("{robot} refused it or did not answer")
         if "code" in each:  # for good

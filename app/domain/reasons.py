@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime, tzinfo
 from types import MappingProxyType
 from typing import Any
@@ -203,6 +204,28 @@ _LONGEST = 400  # characters of a text that came from elsewhere
 def sentence(reason: Reason, zone: tzinfo | str, translate: Translate = lambda text: text) -> str:
     """One sentence; ``zone`` is the one its times are given in."""
     return _filled_in(_TEMPLATES[reason.code], reason.details, zone, translate)
+
+
+def naming_robot(execution: Execution) -> Execution:
+    """With the name of its robot in the place of the address at which an attempt failed."""
+    reason = execution.reason and Reason(execution.reason.code, at_robot(execution.reason.details, execution.robot))
+    return replace(execution, reason=reason, wait_details=at_robot(execution.wait_details, execution.robot))
+
+
+def at_robot(details: Mapping[str, Any], robot: str) -> Mapping[str, Any]:
+    """The same with its name instead of an address."""
+    if not robot or not address_in(details):
+        return details
+    problem = details["problem"]
+    return {**details, "problem": {**problem, "params": {**problem["params"], "address": robot}}}
+
+
+def address_in(details: Mapping[str, Any]) -> str:
+    """Of the robot or fleet that a failed attempt was made at; empty if it is in none."""
+    problem = details.get("problem")
+    params = problem.get("params") if is_message(problem) else None
+    address = params.get("address") if isinstance(params, Mapping) else None
+    return address if isinstance(address, str) else ""
 
 
 def codes_with(text: str, translate: Translate = lambda text: text) -> tuple[ReasonCode, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from zoneinfo import ZoneInfo
 
 from app.domain.execution import Execution, ReasonCode, State, Trigger
-from app.domain.reasons import sentence
+from app.domain.reasons import naming_robot, sentence
 from app.i18n import _, pgettext
 from app.screens.common.robot_texts import problem_of
 
@@ -43,11 +43,12 @@ def trigger_word(trigger: Trigger) -> str:
 
 def cause(execution: Execution, zone: ZoneInfo | str) -> tuple[str, str]:
     """Why it ended so, in our words, and what the robot said, if it did. Empty if everything was normal."""
-    if execution.reason is None:
+    reason = naming_robot(execution).reason
+    if reason is None:
         return "", ""
     if message := said_by_robot(execution):
         return problem_of(message).words or message, message
-    return sentence(execution.reason, zone, _), ""
+    return sentence(reason, zone, _), ""
 
 
 def cause_line(execution: Execution, zone: ZoneInfo | str) -> str:

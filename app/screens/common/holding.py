@@ -9,7 +9,7 @@ from app.database.robots import Hold
 from app.domain import rules
 from app.domain.execution import Execution, State, Wait
 from app.domain.models import Group, Robot, Settings
-from app.domain.reasons import waiting_sentence
+from app.domain.reasons import naming_robot, waiting_sentence
 from app.i18n import _
 from app.screens.common import formats
 from app.services.planning.planned import PlannedRun
@@ -80,7 +80,7 @@ def waiting_words(execution: Execution, zone: str, hold: Hold | None = None) -> 
     """What an open execution waits for. ``hold`` is its hold, if known: its end decides what happens to the
     execution."""
     if execution.state is not State.WAITING or execution.wait is not Wait.HOLD or (hold is None and not execution.held):
-        return waiting_sentence(execution, zone, _)
+        return waiting_sentence(naming_robot(execution), zone, _)
     reason = hold.reason if hold is not None else str(execution.wait_details.get("hold", ""))
     why = reason and _(reason)
     if not execution.held and (until := held_until(hold, execution.closes_at)) is not None:

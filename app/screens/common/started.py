@@ -9,9 +9,9 @@ from kivy.clock import Clock
 
 from app.domain import choice
 from app.domain.execution import Execution, State, Wait
-from app.domain.reasons import sentence
 from app.i18n import _
 from app.screens.common import formats
+from app.screens.common.execution_appearance import cause
 from app.screens.common.holding import about_start, waiting_words
 from app.screens.common.mission_names import MissionNames
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
@@ -43,7 +43,7 @@ def outcome(execution: Execution, mission_names: MissionNames, is_late: bool = F
             text, seconds = _("{mission} is sent to {robot}"), SECONDS
     elif execution.reason is not None:
         text, icon = _("{mission} was not started on {robot}. {why}"), "alert-circle-outline"
-        why = sentence(execution.reason, zone, _)
+        why = cause(execution, zone)[0]
     elif is_waiting and execution.robot_id is not None:
         text = _("{mission} is not sent to {robot} yet. {why}")
     elif is_waiting and (is_late or passed or execution.wait is not Wait.ROBOT):

@@ -9,6 +9,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.execution_history import Replacement
 from app.domain.execution import DurationEstimate, Execution, State
+from app.domain.reasons import address_in
 from app.i18n import _, ngettext
 from app.screens.common import execution_appearance, formats
 from app.screens.common.holding import waiting_words
@@ -90,10 +91,12 @@ def _steps(facts: StoryFacts, zone: ZoneInfo) -> Iterator[of_groups.Step]:
 
     yield _("Planned"), time(run.planned_at), _planned_note(run, replacement)
     yield from of_groups.steps(run, zone)
+    at = address_in(run.reason.details if run.reason is not None else run.wait_details)
     if run.submitted_at is not None:
-        yield _("Sent"), time(run.submitted_at), _tries(run.attempts)
+        yield _("Sent"), time(run.submitted_at), " · ".join(filter(None, (_tries(run.attempts), at)))
     elif run.attempts:
-        yield _("Tried"), formats.NOTHING, _("{tries}, none accepted").format(tries=_tries(run.attempts))
+        tried = _("{tries}, none accepted").format(tries=_tries(run.attempts))
+        yield _("Tried"), formats.NOTHING, " · ".join(filter(None, (tried, at)))
     if left is not None:
         yield _("Elsewhere"), time(left.at), _("a person started it on {robot} instead").format(robot=left.other_robot)
     if started_at is not None:

@@ -6,7 +6,8 @@ from datetime import timedelta
 import pytest
 
 from app.database.execution_history import Replacement
-from app.domain.execution import DurationEstimate, Reason, ReasonCode, State
+from app.domain.execution import DurationEstimate, Reason, ReasonCode, State, Wait
+from app.domain.message import message
 from app.screens.logs.story import StoryFacts, steps, story
 from tests.unit.screens.test_logs_view import DONE, FAILED, GOAL, NOW, PLANNED, SKIPPED, TO_DOCK, ZONE
 
@@ -42,6 +43,16 @@ def test_a_story_says_why_in_our_words_and_in_those_of_the_robot():
     assert alone.like == ""
     strange = replace(FAILED, reason=Reason(ReasonCode.ROBOT_ABORTED, {"message": "Qwerty"}))
     assert (story(StoryFacts(strange), NOW, ZONE).cause, story(StoryFacts(strange), NOW, ZONE).quote) == ("Qwerty", "")
+
+
+def test_a_failed_attempt_names_the_robot_and_its_story_the_address():
+    problem = message("{address} doesn't answer", address="10.1.1.1:8080")
+    reason = Reason(ReasonCode.RETRY_LIMIT, {"attempts": 3, "problem": problem})
+    given_up = replace(SKIPPED, state=State.FAILED, attempts=3, reason=reason)
+    assert story(StoryFacts(given_up), NOW, ZONE).cause == "Given up at attempt 3: Aino doesn't answer"
+    waits = replace(given_up, reason=None, state=State.WAITING, wait=Wait.RETRY, wait_details={"problem": problem})
+    assert story(StoryFacts(waits), NOW, ZONE).cause.endswith(": Aino doesn't answer")
+    assert steps_of(given_up)[1][2] == "3 tries, none accepted · 10.1.1.1:8080"
 
 
 def test_a_completed_story_has_no_cause_and_compares_with_the_usual_duration():
