@@ -23,7 +23,7 @@ FARTHEST = 10_000.0  # m between two spots of one map
 
 
 class RobotState(IntEnum):
-    """``state_id`` of ``/status``. A number that is not in MiR's table is ``UNKNOWN``; ``RobotStatus.state_id`` keeps it."""
+    """``state_id`` of ``/status``. A number that is not in MiR's table is ``UNKNOWN``."""
 
     UNKNOWN = 0
     STARTING = 1
@@ -75,7 +75,6 @@ class RobotStatus:
     """One answer of ``/status``."""
 
     state: RobotState = RobotState.UNKNOWN
-    state_id: int | None = None
     state_text: str = ""
     mission_text: str = ""
     mission_queue_id: int | None = None  # of what runs now
@@ -166,23 +165,11 @@ class MissionInfo:
 
     guid: str
     name: str
-    url: str = ""  # as the client may request it, with /api in front
 
     @property
     def is_built_in(self) -> bool:
         """Whether every robot has it, hidden on its own screen."""
         return self.guid.startswith("mirconst")
-
-
-@dataclass(frozen=True)
-class MissionDetail:
-    """What one mission's definition says about its parameters and actions. ``has_user_parameters``: None if it does not
-    say."""
-
-    guid: str
-    has_user_parameters: bool | None = None
-    actions_url: str = ""
-    definition_url: str = ""
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from app.domain.message import message
 from app.domain.robot import (
     MapPosition,
     MissionActions,
-    MissionDetail,
     MissionInfo,
     MissionParameter,
     QueueItem,
@@ -27,7 +26,7 @@ from app.mir.errors import NotAMir, Refusal, Unnumbered, Unreadable
 from app.mir.mission_queue import UNSUPPORTED, QueueReader
 from app.mir.rest import RestRequests, segment
 from app.mir.robot_vocabulary import in_mir_words
-from app.mir.transport import API, Response
+from app.mir.transport import Response
 
 MOST_MISSIONS = 2000  # sites have tens to hundreds
 LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times the need of this number
@@ -59,35 +58,35 @@ class ApiV2(RestRequests):
             largest=LARGEST_MISSIONS,
         )
 
-    def mission(self, guid: str) -> MissionDetail:
+    def mission(self, guid: str) -> parse.Object:
         """Raises Rejected with status 404 when the robot has no such mission."""
-        return self._get(f"/missions/{segment(guid)}", parse.mission_detail)
+        return self._get(f"/missions/{segment(guid)}", parse.mission)
 
     def parameters(self, guid: str) -> list[MissionParameter] | None:
         """Parameters required when this mission is queued; [] for most missions. None: the robot does not say. Raises
         Rejected with status 404 when it has no such mission."""
         mission = self.mission(guid)
-        if mission.has_user_parameters is False:
+        asks = mission.get("has_user_parameters")
+        if asks is False:
             return []
-        own = f"{API}/missions/{segment(guid)}"
         defined, of_actions = (
-            self._parameters(url, read)
-            for url, read in (
-                (mission.definition_url or f"{own}/definition", mission_parameters.from_definition),
-                (mission.actions_url or f"{own}/actions", mission_parameters.from_actions),
+            self._parameters(_path_of(mission, guid, what), read)
+            for what, read in (
+                ("definition", mission_parameters.from_definition),
+                ("actions", mission_parameters.from_actions),
             )
         )
         found = mission_parameters.with_meaning(defined or (), of_actions or ())
-        return found or (None if mission.has_user_parameters or of_actions is None else [])
+        return found or (None if asks is True or of_actions is None else [])
 
     def actions(self, guid: str) -> MissionActions:
         """Facts from the mission's actions."""
-        url = self.mission(guid).actions_url or f"{API}/missions/{segment(guid)}/actions"
-        return self._get(url.removeprefix(API), mission_parameters.actions, largest=None)
+        path = _path_of(self.mission(guid), guid, "actions")
+        return self._get(path, mission_parameters.actions, largest=None)
 
-    def _parameters(self, url: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter] | None:
+    def _parameters(self, path: str, read: Callable[[Any], list[MissionParameter]]) -> list[MissionParameter] | None:
         try:
-            return self._get(url.removeprefix(API), read, largest=None)
+            return self._get(path, read, largest=None)
         except Refusal as error:
             if error.status not in UNSUPPORTED:
                 raise
@@ -147,3 +146,8 @@ class ApiV2(RestRequests):
 
     def _in_mir_words(self, item: Any) -> Any:
         return in_mir_words(item, self._words)
+
+
+def _path_of(mission: parse.Object, guid: str, what: str) -> str:
+    """Where the mission says that its actions or its definition are, or else where they usually are."""
+    return parse.own_path(mission.get(what)) or f"/missions/{segment(guid)}/{what}"

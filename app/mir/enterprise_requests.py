@@ -9,7 +9,6 @@ from app.domain.robot import (
     FleetIdentity,
     MapPosition,
     MissionActions,
-    MissionDetail,
     MissionInfo,
     MissionParameter,
     RobotMap,
@@ -87,16 +86,13 @@ class EnterpriseRequests(FleetTarget):
             raise Unreadable(problem=message("more than {n} entries", n=MOST_MISSIONS), address=self.address.netloc)
         return [found for row in rows if (found := words.mission(row)) is not None]
 
-    def mission(self, guid: str) -> MissionDetail:
+    def mission(self, guid: str) -> parse.Object:
         """Raises Rejected with status 404 when the fleet has no such mission."""
-        return MissionDetail(guid, bool(self._arguments(guid)))
+        return self._get(f"/site/mission/{segment(guid)}", lambda found: parse.object_(found, message("the mission")))
 
     def parameters(self, guid: str) -> list[MissionParameter] | None:
-        return [found for row in self._arguments(guid) if (found := words.parameter(row)) is not None]
-
-    def _arguments(self, guid: str) -> list[parse.Object]:
-        found = self._get(f"/site/mission/{segment(guid)}", lambda found: parse.object_(found, message("the mission")))
-        return parse.some_objects(found.get("arguments"))
+        arguments = parse.some_objects(self.mission(guid).get("arguments"))
+        return [found for row in arguments if (found := words.parameter(row)) is not None]
 
     def actions(self, guid: str) -> MissionActions:
         """The fleet does not show them."""

@@ -17,7 +17,6 @@ from app.domain.json_parts import has_too_many_parts
 from app.domain.message import Message, message
 from app.domain.robot import (
     MapPosition,
-    MissionDetail,
     MissionInfo,
     Pose,
     QueueItem,
@@ -182,12 +181,11 @@ def not_negative(value: Any) -> float | None:
     return number if number is not None and number >= 0 else None
 
 
-def api_url(value: Any) -> str:
-    """``url`` values begin with /v2.0.0 (recorded on robots), without the /api of a request's path. "" for anything else."""
-    url = clean(value, 300)
-    if url.startswith("/v2.0.0/"):
-        return "/api" + url
-    return url if url.startswith("/api/v2.0.0/") else ""
+def own_path(value: Any) -> str:
+    """The path of a ``url`` value, which begins with /v2.0.0 (recorded on robots), at times with /api in front. "" for
+    anything else."""
+    url = clean(value, 300).removeprefix("/api")
+    return url.removeprefix("/v2.0.0") if url.startswith("/v2.0.0/") else ""
 
 
 # ---------------------------------------------------------------------- status
@@ -197,10 +195,8 @@ def status(
     """Raises NotAMir if it is not a status."""
     if not isinstance(value, dict) or not ("state_id" in value or "state_text" in value):
         raise NotAMir(code="no_status")
-    state_id = int_or_none(value.get("state_id"))
     return RobotStatus(
-        state=_robot_state(state_id, clean(value.get("state_text"))),
-        state_id=state_id,
+        state=_robot_state(int_or_none(value.get("state_id")), clean(value.get("state_text"))),
         state_text=clean(value.get("state_text")),
         mission_text=resolve(value.get("mission_text")),
         mission_queue_id=int_or_none(value.get("mission_queue_id")),
@@ -331,21 +327,15 @@ def listed_item(value: Any) -> QueueItem:
 # ---------------------------------------------------------------------- missions, map
 def mission_info(value: Object) -> MissionInfo | None:
     guid = text_or_none(value.get("guid"))
-    return MissionInfo(guid, clean(value.get("name"), 255) or guid, api_url(value.get("url"))) if guid else None
+    return MissionInfo(guid, clean(value.get("name"), 255) or guid) if guid else None
 
 
-def mission_detail(value: Any) -> MissionDetail:
+def mission(value: Any) -> Object:
+    """Raises Unreadable for something else."""
     found = object_(value, message("the mission"))
-    guid = text_or_none(found.get("guid"))
-    if guid is None:
+    if text_or_none(found.get("guid")) is None:
         raise Unreadable(problem=message("the mission has no guid"))
-    asks = found.get("has_user_parameters")
-    return MissionDetail(
-        guid,
-        asks if isinstance(asks, bool) else None,
-        api_url(found.get("actions")),
-        api_url(found.get("definition")),
-    )
+    return found
 
 
 def map_position(value: Object, map_id: str | None) -> MapPosition | None:

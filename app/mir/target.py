@@ -20,7 +20,6 @@ from app.domain.robot import (
     Identity,
     MapPosition,
     MissionActions,
-    MissionDetail,
     MissionInfo,
     MissionParameter,
     QueueItem,
@@ -63,7 +62,7 @@ class Target(Protocol):
     def missions(self) -> list[MissionInfo]:
         """All missions that it has."""
 
-    def mission(self, guid: str) -> MissionDetail:
+    def mission(self, guid: str) -> object:
         """Raises Rejected with status 404 when it has no such mission."""
 
     def parameters(self, guid: str) -> list[MissionParameter] | None:

@@ -67,7 +67,6 @@ HALL = picture_of(
 
 EXECUTING = RobotStatus(
     state=RobotState.EXECUTING,
-    state_id=5,
     mission_text="Moving to 'Line 2' (12.4 meters to goal)",
     battery_percentage=78.0,
     battery_time_remaining_s=15000.0,
@@ -80,7 +79,6 @@ EXECUTING = RobotStatus(
 READY = replace(
     EXECUTING,
     state=RobotState.READY,
-    state_id=3,
     mission_text="Waiting for new missions...",
     battery_percentage=64.0,
     distance_to_next_target=0.0,

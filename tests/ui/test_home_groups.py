@@ -6,6 +6,7 @@ import pytest
 
 from app.domain.execution import State
 from app.domain.models import Group
+from app.domain.robot import RobotState
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet, OptionRow
@@ -78,7 +79,9 @@ def stop_both(home, ui) -> None:
         robot.control({"emergency_stop": False})
     container = home.site.container
     ui.wait(
-        lambda: all(container.snapshots.get(robot.id).status.state_id == 4 for robot in container.catalogue.robots())
+        lambda: all(
+            container.snapshots.get(robot.id).status.state is RobotState.PAUSE for robot in container.catalogue.robots()
+        )
     )
 
 
@@ -236,8 +239,8 @@ def test_a_start_that_a_silent_robot_may_have_is_run_on_another_by_a_person_only
         lambda: (
             next(
                 container.snapshots.get(robot.id) for robot in container.catalogue.robots() if robot.name == "Veikko"
-            ).status.state_id
-            == 4
+            ).status.state
+            is RobotState.PAUSE
         )
     )
     run_on_any(ui, "Home")

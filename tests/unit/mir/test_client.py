@@ -117,7 +117,7 @@ def test_missions(robot: RobotClient, responses: RequestsMock) -> None:
         ],
     )
     assert robot.missions() == [
-        MissionInfo(MISSION, "Deliver", f"/api/v2.0.0/missions/{MISSION}"),
+        MissionInfo(MISSION, "Deliver"),
         MissionInfo("g", "g"),
     ]
 
