@@ -13,9 +13,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from math import ceil
 from statistics import median
-from typing import Any
 
 from app.database.table import Table
+from app.database.value_checks import decoded
 from app.domain.execution import DurationEstimate
 from app.domain.models import Mission
 from app.domain.robot import MissionParameter, Spot, Stop
@@ -129,26 +129,10 @@ class MissionParameterRepository:
 
 def _read(row: sqlite3.Row | None) -> Sequence[MissionParameter] | None:
     try:
-        return None if row is None else tuple(map(_parameter, json.loads(row[0])))
+        found: Sequence[MissionParameter] | None = row and decoded(tuple[MissionParameter, ...], json.loads(row[0]))
+        return found
     except (ValueError, TypeError, LookupError, AttributeError, RecursionError):
         return None
-
-
-def _parameter(found: dict[str, Any]) -> MissionParameter:
-    for name in ("name", "label", "type", "sets", "unit"):
-        if not isinstance(found[name], str):
-            raise TypeError(name)
-    for name in ("minimum", "maximum"):
-        found[name] = None if found[name] is None else float(found[name])
-    return MissionParameter(
-        **{
-            **found,
-            **{
-                name: tuple((value, str(label)) for value, label in found[name])
-                for name in ("choices", "on_other_maps")
-            },
-        }
-    )
 
 
 class StopRepository:

@@ -1,15 +1,20 @@
 """Whether cells hold values that the app could have written: impossible numbers would only fail at the next addition,
-much later."""
+much later. And objects that are stored as JSON, read by the annotations of their dataclass."""
 
 from __future__ import annotations
 
+import math
 import sqlite3
-from collections.abc import Iterable
-from datetime import date
+from collections.abc import Iterable, Mapping
+from dataclasses import is_dataclass
+from datetime import UTC, date, datetime
+from enum import Enum
+from types import NoneType, UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 from app.database.values import to_instant
 from app.domain.activity import ACTIVITIES
-from app.domain.message import Message, message
+from app.domain.message import Message, is_message, message
 
 LARGEST_IN_BACKUP = 2**53  # of every number of a backup, either way: exact as a float too
 LARGEST_IN_USE = 2**62  # of those in use, which have grown since: still far from an overflow
@@ -27,6 +32,7 @@ FLAGS = {
     "yearly",
 }
 _INSTANT = len("2026-11-23T04:30:00.000000Z")
+LONGEST = 10_000  # characters of a text in a stored object
 
 
 def unusable(table: str, problem: Message) -> Message:
@@ -93,3 +99,45 @@ def _is_day(text: str) -> bool:
         return len(text) == len("2026-11-23") and date.fromisoformat(text).year in YEARS
     except ValueError:
         return False
+
+
+# ---------------------------------------------------------------------- objects
+def decoded(kind: Any, value: Any, **known: Any) -> Any:
+    """From JSON as ``to_json`` writes it: a value of this annotation, or a dataclass, of which some attributes may be
+    ``known``. Those that are missing, as in rows of earlier versions, have their defaults. Raises ValueError, TypeError
+    or LookupError."""
+    of = get_args(kind)
+    if isinstance(kind, UnionType):
+        is_other = (value is None and NoneType in of) or (kind == Message and is_message(value))
+        return value if is_other else decoded(of[0], value)
+    if isinstance(kind, type) and is_dataclass(kind):
+        kinds = get_type_hints(kind)
+        found = {name: decoded(kinds[name], each) for name, each in _plain(dict, value).items() if name not in known}
+        return kind(**found, **known)
+    origin = get_origin(kind)
+    if origin is Mapping:
+        return {decoded(of[0], name): decoded(of[1], each) for name, each in _plain(dict, value).items()}
+    if origin in (tuple, frozenset):
+        each_of = of if origin is tuple and of[-1] is not Ellipsis else of[:1] * len(value)
+        return origin(decoded(*each) for each in zip(each_of, _plain(list, value), strict=True))
+    if kind is datetime:
+        return _instant(value)
+    if kind is Any or issubclass(kind, Enum):
+        return value if kind is Any else kind(value)
+    return _plain(kind, float(value) if kind is float and type(value) is int else value)
+
+
+def _plain(kind: Any, value: Any) -> Any:
+    """A value that JSON has: of this type and no other."""
+    if type(value) is not kind:
+        raise TypeError(f"{value!r:.40} is no {kind.__name__}")
+    if (kind is str and len(value) > LONGEST) or (kind is float and not math.isfinite(value)):
+        raise ValueError(f"{value!r:.40} is out of range")
+    return value
+
+
+def _instant(text: str) -> datetime:
+    found = datetime.fromisoformat(text)
+    if found.tzinfo is None or found.year not in YEARS:
+        raise ValueError(f"instant {found}")
+    return found.astimezone(UTC)

@@ -32,9 +32,12 @@ def to_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """For ``json.dumps``, of types that JSON does not have: read-only mappings become objects, instants and the rest their text."""
+    """For ``json.dumps``, of types that JSON does not have: read-only mappings become objects, sets lists, instants and the rest
+    their text."""
     if isinstance(value, Mapping):
         return dict(value)
+    if isinstance(value, frozenset):
+        return sorted(value)
     if isinstance(value, datetime):
         return value.isoformat()
     return str(value)
