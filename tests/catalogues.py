@@ -47,6 +47,7 @@ CALLS = {
     "check_name_is_free": (None, 2, None),
     "InvalidAddress": (None, 0, None),
     "_wrong": (None, 0, None),
+    "_as_written": (None, 2, None),
     "message": (None, 0, None),
     "DatabaseUnavailable": (None, 0, None),
     "DatabaseRefused": (None, 0, None),

@@ -179,7 +179,7 @@ def test_a_name_is_on_one_line_and_shows_no_escapes(app, new_lines):
 
 def test_uncommitted_changes_are_not_reported(app, new_lines):
     with pytest.raises(InvalidInput):
-        app.catalogue.edit(lambda edit: [settings_edit.change(edit, retry_limit=3), edit.the_robot(99)])
+        app.catalogue.edit(lambda edit: [settings_edit.change(edit, retry_limit=3), edit.the(Robot, 99)])
     with pytest.raises(InvalidInput):
         app.pausing.pause(1, NOW)
     assert new_lines() == []

@@ -8,7 +8,7 @@ from datetime import datetime
 
 import pytest
 
-from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, Place, Schedule
+from app.domain.models import Group, HandOver, InvalidInput, Mission, Overlap, Place, Robot, Schedule
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.configuration.exporting import export_configuration
 from tests.support.edits import import_file
@@ -102,7 +102,7 @@ def test_what_is_exported_is_the_same_when_it_is_read_in_elsewhere(site, catalog
     group = hall(catalogue, hand_over=HandOver.AT_ONCE, keep_free=1)
     catalogue.save_schedule(of_group(group, finish_by_minutes=45, overlap=Overlap.PARALLEL))
     catalogue.save_place(Place("Dock 2", 3, (1,)))
-    catalogue.edit(lambda edit: edit.robots.update(edit.c, replace(edit.the_robot(5), hand_over=HandOver.WHEN_FREE)))
+    catalogue.edit(lambda edit: edit.robots.update(edit.c, replace(edit.the(Robot, 5), hand_over=HandOver.WHEN_FREE)))
     text = export_configuration(site.container.db.read())
     other = Site(tmp_path / "two", robots=0)
     import_configuration(other.container.catalogue, text.encode())

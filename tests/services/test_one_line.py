@@ -8,7 +8,7 @@ from itertools import pairwise
 import pytest
 
 from app.domain.execution import State, Wait
-from app.domain.models import HandOver
+from app.domain.models import HandOver, Robot
 from app.domain.reasons import waiting_sentence
 from tests.support.groups import Hall
 from tests.support.network import QUEUE, Fate
@@ -18,7 +18,7 @@ from tests.support.network import QUEUE, Fate
 def hall(tmp_path):
     hall = Hall(tmp_path, robots=2)
     hall.container.catalogue.edit(
-        lambda edit: edit.robots.update(edit.c, replace(edit.the_robot(1), hand_over=HandOver.WHEN_FREE))
+        lambda edit: edit.robots.update(edit.c, replace(edit.the(Robot, 1), hand_over=HandOver.WHEN_FREE))
     )
     hall.container.changes.publish("robots")
     hall.run(5)

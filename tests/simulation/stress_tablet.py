@@ -112,7 +112,7 @@ class Operator(threading.Thread):
         schedule, catalogue = self._any(), self._container.catalogue
         catalogue.edit(
             lambda edit: schedule_edit.save(
-                edit, replace(edit.the_schedule(schedule.id), priority=self._rng.randrange(9))
+                edit, replace(edit.the(Schedule, schedule.id), priority=self._rng.randrange(9))
             )
         )
 

@@ -30,7 +30,7 @@ def skip_next(container: Container, schedule_id: int) -> datetime:
 
 def switch_robot(catalogue: Catalogue, robot_id: int, on: bool) -> Robot:
     """On, unless it needs a password, or off."""
-    return catalogue.edit(lambda edit: robot_edit.save(edit, replace(edit.the_robot(robot_id), enabled=on)))
+    return catalogue.edit(lambda edit: robot_edit.save(edit, replace(edit.the(Robot, robot_id), enabled=on)))
 
 
 def add_days(catalogue: Catalogue, exceptions: Sequence[DayException]) -> list[DayException]:

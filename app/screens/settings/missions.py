@@ -207,7 +207,7 @@ class MissionsPage(SettingsPage):
         """Nothing else of it: the stored values may be newer than those shown."""
         self.context.change(
             lambda: self.context.services.catalogue.edit(
-                lambda edit: mission_edit.save(edit, replace(edit.the_mission(mission_id), favourite=favourite))
+                lambda edit: mission_edit.save(edit, replace(edit.the(Mission, mission_id), favourite=favourite))
             )
         )
 

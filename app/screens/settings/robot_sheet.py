@@ -12,7 +12,7 @@ from kivy.properties import BooleanProperty, ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.domain import names
-from app.domain.models import Connection, Fleet, InvalidInput, Robot
+from app.domain.models import Connection, Fleet, Group, InvalidInput, Robot
 from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
@@ -128,7 +128,7 @@ class RobotSheet(ConnectionSheet):
         def save(joined: Collection[int]) -> None:
             def work(edit: Edit) -> None:
                 for group_id in turned:
-                    group = edit.the_group(group_id)
+                    group = edit.the(Group, group_id)
                     members = {*group.members, robot.id} if group_id in joined else {*group.members} - {robot.id}
                     group_edit.save(edit, replace(group, members=tuple(members)))
 

@@ -258,7 +258,7 @@ class Catalogue:
         new one, which needs a mission."""
 
         def work(edit: Edit) -> Robot:
-            before = edit.the_robot(robot_id).idle
+            before = edit.the(Robot, robot_id).idle
             saved = robot_edit.set_idle_rule(edit, robot_id, replace(before or IdleRule(0), **changes))
             if saved.idle is not None and parameter_check.is_mission_new(saved.idle, before):
                 _raise(parameter_check.of_idle_rule(edit, saved, saved.idle, self.known_parameters))

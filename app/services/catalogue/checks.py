@@ -176,15 +176,21 @@ def day(value: object, field: str) -> date:
     return value
 
 
-def day_text(value: object, field: str) -> date:
-    """``2026-12-24``, as files write it."""
-    written = text(value, field)
-    if not re.fullmatch(r"\d{4}-\d\d-\d\d", written, re.ASCII):
-        raise InvalidInput(field, "write a date such as 2026-12-24, not {value}", value=shown(written))
-    try:
-        return date.fromisoformat(written)
-    except ValueError:
-        raise InvalidInput(field, "there is no such date or time: {value}", value=written) from None
+def _as_written(pattern: str, parse: Callable[[str], Any], msgid: str) -> Check:
+    """Of a text as files write it; ``msgid`` says how, and has the ``value`` that was written."""
+
+    def check(value: object, field: str) -> Any:
+        if not isinstance(value, str) or not re.fullmatch(pattern, value, re.ASCII):
+            raise InvalidInput(field, msgid, value=shown(value))
+        try:
+            return parse(value)
+        except ValueError:
+            raise InvalidInput(field, "there is no such date or time: {value}", value=value) from None
+
+    return check
+
+
+day_text = _as_written(r"\d{4}-\d\d-\d\d", date.fromisoformat, "write a date such as 2026-12-24, not {value}")
 
 
 # ---------------------------------------------------------------------- robots and missions
@@ -240,18 +246,11 @@ def start(value: datetime, field: str) -> datetime:
     return value.replace(fold=0)
 
 
-def start_text(value: object, field: str) -> datetime:
-    """``2026-11-23T06:30``, as files write it."""
-    if isinstance(value, str) and re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d(:00)?", value, re.ASCII):
-        try:
-            return datetime.fromisoformat(value)
-        except ValueError:
-            raise InvalidInput(field, "there is no such date or time: {value}", value=value) from None
-    raise InvalidInput(
-        field,
-        "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value}",
-        value=shown(value),
-    )
+start_text = _as_written(
+    r"\d{4}-\d\d-\d\dT\d\d:\d\d(:00)?",
+    datetime.fromisoformat,
+    "write local time in whole minutes without a zone, such as 2026-11-23T06:30, not {value}",
+)
 
 
 def recurrence(value: str, field: str) -> str:
@@ -274,12 +273,7 @@ def between(value: Between, field: str) -> Between:
     return value
 
 
-def time_of_day(value: object, field: str) -> time:
-    """``08:30``, as files write it."""
-    written = text(value, field)
-    if re.fullmatch(r"([01]\d|2[0-3]):[0-5]\d", written, re.ASCII):
-        return time.fromisoformat(written)
-    raise InvalidInput(field, "write a time of day such as 08:30, not {value}", value=shown(written))
+time_of_day = _as_written(r"([01]\d|2[0-3]):[0-5]\d", time.fromisoformat, "write a time of day such as 08:30, not {value}")
 
 
 def parameters(value: object, field: str = "parameters") -> dict[str, Any]:

@@ -7,9 +7,10 @@ import of a configuration does many in one.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
+from typing import Any, TypeVar
 
 from app.database.alarms import AlarmRepository
 from app.database.executions import ExecutionRepository
@@ -19,28 +20,45 @@ from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.database.settings import CalendarRepository, SettingsRepository
+from app.database.table import Table
 from app.domain import names
 from app.domain.execution import Execution, Reason, ReasonCode
 from app.domain.models import DayException, Fleet, Group, InvalidInput, Mission, Place, Robot, Schedule, existing
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
+from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 from app.services.planning.working_days import WorkingCalendar, working_calendar
+
+T = TypeVar("T")
+KINDS: Mapping[type, str] = {  # as refusals name their fields
+    Fleet: "fleet",
+    Robot: "robot",
+    Group: "group",
+    Place: "place",
+    Mission: "mission",
+    Schedule: "schedule",
+    DayException: "days",
+}
+SENTENCES: Mapping[type, str] = {
+    Fleet: "this fleet no longer exists",
+    Robot: "this robot no longer exists",
+    Group: "this group no longer exists",
+    Place: "this place no longer exists",
+    Mission: "this mission no longer exists",
+    Schedule: "this schedule no longer exists",
+    DayException: "this entry of the calendar no longer exists",
+}
 
 
 @dataclass(frozen=True)
 class Removed:
-    """What one deletion has hidden, by ids, and the starts that it ended, as they were: ``Catalogue.restore`` puts all that back."""
+    """What one deletion has hidden, by kind and ids, and the starts that it ended, as they were: ``Catalogue.restore`` puts all that
+    back."""
 
     at: datetime
-    fleets: Sequence[int] = ()
-    robots: Sequence[int] = ()
-    groups: Sequence[int] = ()
-    places: Sequence[int] = ()
-    missions: Sequence[int] = ()
-    schedules: Sequence[int] = ()
-    days: Sequence[int] = ()
+    ids: Mapping[type, Sequence[int]]
     made_names: Collection[int] = ()  # ids of those schedules whose names say what they do where
     starts: Sequence[Execution] = ()
     token: str | None = field(default=None, repr=False)  # of the robot or fleet: here only, until it is put back
@@ -62,6 +80,15 @@ class Edit:
         self.executions, self.stored_settings = ExecutionRepository(), SettingsRepository()
         self.fleets, self.groups, self.places = FleetRepository(), GroupRepository(), PlaceRepository()
         self.days, self.alarms = CalendarRepository(), AlarmRepository()
+        self.tables: Mapping[type, Table[Any]] = {
+            Fleet: self.fleets,
+            Robot: self.robots,
+            Group: self.groups,
+            Place: self.places,
+            Mission: self.missions,
+            Schedule: self.schedules,
+            DayException: self.days,
+        }
         self.settings = self.stored_settings.load(self.c)
 
     @property
@@ -71,38 +98,23 @@ class Edit:
             self.known_calendar = working_calendar(self.c, self.settings)
         return self.known_calendar
 
-    def the_robot(self, robot_id: int) -> Robot:
-        return existing(self.robots.get(self.c, robot_id), "robot", "this robot no longer exists")
-
-    def the_fleet(self, fleet_id: int) -> Fleet:
-        return existing(self.fleets.get(self.c, fleet_id), "fleet", "this fleet no longer exists")
-
-    def the_group(self, group_id: int) -> Group:
-        return existing(self.groups.get(self.c, group_id), "group", "this group no longer exists")
+    def the(self, kind: type[T], id_: int) -> T:
+        """The one with this id. Raises InvalidInput where it was removed."""
+        gone = SENTENCES[kind]
+        found: T = existing(self.tables[kind].get(self.c, id_), KINDS[kind], gone)
+        return found
 
     def target_of(self, schedule: Schedule) -> Robot | Group:
         """The robot that a schedule names, or its group."""
         if schedule.group_id is not None and schedule.robot_id is None:
-            return self.the_group(schedule.group_id)
+            return self.the(Group, schedule.group_id)
         if schedule.robot_id is not None and schedule.group_id is None:
-            return self.the_robot(schedule.robot_id)
+            return self.the(Robot, schedule.robot_id)
         raise InvalidInput("robot", "choose a robot, or a group of robots")
-
-    def the_place(self, place_id: int) -> Place:
-        return existing(self.places.get(self.c, place_id), "place", "this place no longer exists")
-
-    def the_mission(self, mission_id: int) -> Mission:
-        return existing(self.missions.get(self.c, mission_id), "mission", "this mission no longer exists")
-
-    def the_schedule(self, schedule_id: int) -> Schedule:
-        return existing(self.schedules.get(self.c, schedule_id), "schedule", "this schedule no longer exists")
-
-    def the_days(self, id_: int) -> DayException:
-        return existing(self.days.get(self.c, id_), "days", "this entry of the calendar no longer exists")
 
     def mission_on(self, robot_id: int, mission_id: int) -> Mission:
         """The mission of that name on that robot."""
-        mission = self.the_mission(mission_id)
+        mission = self.the(Mission, mission_id)
         meant = self.missions.for_robot(self.c, mission.name, robot_id)
         if meant is None:
             raise InvalidInput("mission", "the mission {name} is for another robot only", name=mission.name)
@@ -113,7 +125,7 @@ class Edit:
         that name."""
         if isinstance(target, Robot):
             return self.mission_on(target.id, mission_id)
-        mission = self.the_mission(mission_id)
+        mission = self.the(Mission, mission_id)
         meant = self.missions.by_name(self.c, mission.name)
         if meant is None:
             raise InvalidInput(
@@ -124,7 +136,7 @@ class Edit:
         return meant
 
     def has_generated_name(self, schedule: Schedule) -> bool:
-        mission, target = self.the_mission(schedule.mission_id), self.target_of(schedule)
+        mission, target = self.the(Mission, schedule.mission_id), self.target_of(schedule)
         return names.is_generated(schedule.name, mission.name, target.name)
 
     def with_moved(self, schedules: Iterable[Schedule]) -> list[Schedule]:
@@ -135,24 +147,29 @@ class Edit:
     def hide(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:
         """Hide what is named by its ids, and these schedules with it."""
         made_names = {schedule.id for schedule in schedules if self.has_generated_name(schedule)}
-        removed = replace(removed, schedules=sorted(schedule.id for schedule in schedules), made_names=made_names)
-        for table, ids in (
-            (self.fleets, removed.fleets),
-            (self.robots, removed.robots),
-            (self.groups, removed.groups),
-            (self.places, removed.places),
-            (self.missions, removed.missions),
-            (self.schedules, removed.schedules),
-            (self.days, removed.days),
-        ):
-            for id_ in ids:
-                table.remove(self.c, id_, removed.at)
-        return removed
+        ids = {**removed.ids, Schedule: sorted(schedule.id for schedule in schedules)}
+        for kind in ids:
+            for id_ in ids[kind]:
+                self.tables[kind].remove(self.c, id_, removed.at)
+        return replace(removed, ids=ids, made_names=made_names)
 
     def purge(self) -> None:
         """Finally delete what was removed. Only when the app starts: what it can undo is in its memory."""
-        for table in (self.fleets, self.robots, self.groups, self.places, self.missions, self.schedules, self.days):
+        for table in self.tables.values():
             table.purge(self.c)
+
+    def note_password(self, entered: Robot | Fleet, before: Robot | Fleet, key: str, **details: object) -> None:
+        """An alarm while one that was in use lacks its password."""
+        if entered.needs_password and before.enabled:
+            details = {"robot": entered.name, **details}
+            self.alarms.raise_once(self.c, alarm_of("needs_password", key, self.now, details))
+            self.topics.add(Topic.ALARMS)
+        elif before.needs_password and not entered.needs_password:
+            self.end_alarm("needs_password", key)
+
+    def end_alarm(self, code: str, key: str) -> None:
+        if self.alarms.clear(self.c, code, key, self.now):
+            self.topics.add(Topic.ALARMS)
 
     def apply(self, found: Iterable[Transition]) -> list[Execution]:
         """Returns the rows after those that could be made."""

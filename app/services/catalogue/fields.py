@@ -65,9 +65,11 @@ class Item:
             if field.key in self.values and not field.special
         }
 
-    def check_new(self) -> None:
-        """Raises InvalidInput for a new one that lacks a required field."""
-        _check_has(self.path, self.values, [field for field in self.fields if field.required])
+    def of(self, stored: T | None) -> T | None:
+        """The object that it is about. Raises InvalidInput for a new one that lacks a required field."""
+        if stored is None:
+            _check_has(self.path, self.values, [field for field in self.fields if field.required])
+        return stored
 
 
 # ---------------------------------------------------------------------- readers of the tables

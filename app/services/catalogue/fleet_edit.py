@@ -5,18 +5,16 @@ Every function raises InvalidInput before it has written anything.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from datetime import timedelta
 from math import ceil
 
 from app.database.check_ups import CheckUpRepository
-from app.domain.models import Fleet, InvalidInput
+from app.domain.models import Fleet, InvalidInput, Mission, Robot, Schedule
 from app.mir.credentials import with_token
 from app.services.catalogue import change_log, fields, robot_edit, validation
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
-from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 
 
@@ -24,7 +22,7 @@ def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_man
     """Add (id 0) or change, with all of its robots. Credentials are as those of robots: without a ``password`` (of Fleet
     Enterprise, an API key) a new fleet, or one with another user, address or certificate, is switched off and needs
     one. ``is_one_of_many``: the caller checks later that no other has its address."""
-    stored = edit.the_fleet(fleet.id) if fleet.id else None
+    stored = edit.the(Fleet, fleet.id) if fleet.id else None
     fleet = fields.checked(fleet, fields.FLEET)
     check_name_is_free(edit.fleets.by_name(edit.c, fleet.name), fleet.id, "there is a fleet {name} already")
     if password == "":
@@ -61,7 +59,7 @@ def _put(edit: Edit, fleet: Fleet, stored: Fleet | None) -> Fleet:
         fleet = edit.fleets.add(edit.c, fleet)
         edit.notes.append(f"fleet {fleet.name!r} added, at {fleet.address}")
     else:
-        robots = [edit.the_robot(robot_id) for robot_id in edit.fleets.robot_ids(edit.c, fleet.id)]
+        robots = [edit.the(Robot, robot_id) for robot_id in edit.fleets.robot_ids(edit.c, fleet.id)]
         edit.fleets.update(edit.c, fleet)
         if changed := change_log.change_of_robot(stored, fleet):
             edit.notes.append(f"fleet {stored.name!r} changed: {changed}")
@@ -70,33 +68,15 @@ def _put(edit: Edit, fleet: Fleet, stored: Fleet | None) -> Fleet:
             edit.robots.update(edit.c, now)
             if robot.enabled and not now.enabled:
                 robot_edit.end_unsent(edit, robot)
-        _note_password(edit, fleet, stored)
+        edit.note_password(fleet, stored, f"fleet:{fleet.id}")
     edit.topics.add(Topic.ROBOTS)
     return fleet
-
-
-def _note_password(edit: Edit, fleet: Fleet, stored: Fleet) -> None:
-    if fleet.needs_password and stored.enabled:
-        alarm = alarm_of("needs_password", _key(fleet.id), edit.now, {"robot": fleet.name})
-        edit.alarms.raise_once(edit.c, alarm)
-        edit.topics.add(Topic.ALARMS)
-    elif stored.needs_password and not fleet.needs_password:
-        _clear_alarm(edit, fleet.id)
-
-
-def _clear_alarm(edit: Edit, fleet_id: int, code: str = "needs_password") -> None:
-    if edit.alarms.clear(edit.c, code, _key(fleet_id), edit.now):
-        edit.topics.add(Topic.ALARMS)
-
-
-def _key(fleet_id: int) -> str:
-    return f"fleet:{fleet_id}"
 
 
 def remove(edit: Edit, fleet_id: int) -> Removed:
     """With its robots, and with each what is removed with a robot. Raises InvalidInput while it may have an order that is
     to begin later, and that only the app deletes."""
-    fleet, robot_ids = edit.the_fleet(fleet_id), edit.fleets.robot_ids(edit.c, fleet_id)
+    fleet, robot_ids = edit.the(Fleet, fleet_id), edit.fleets.robot_ids(edit.c, fleet_id)
     left = CheckUpRepository().left_on_fleets(edit.c).get(fleet_id)
     if left is not None and left.begins_by is not None and edit.now < left.begins_by:
         raise InvalidInput(
@@ -108,19 +88,16 @@ def remove(edit: Edit, fleet_id: int) -> Removed:
         )
     of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]
     for code in ("needs_password", "check_up_left"):
-        _clear_alarm(edit, fleet_id, code)
+        edit.end_alarm(code, f"fleet:{fleet_id}")
     edit.notes.append(f"fleet {fleet.name!r} removed, and {len(robot_ids)} robots with it")
     edit.topics.add(Topic.ROBOTS)
-    own = edit.hide(Removed(edit.now, fleets=[fleet_id], token=fleet.token))
+    own = edit.hide(Removed(edit.now, {Fleet: [fleet_id]}, token=fleet.token))
+    ids: dict[type, list[int]] = {
+        kind: [id_ for each in of_robots for id_ in each.ids[kind]] for kind in (Robot, Mission, Schedule)
+    }
     return replace(
         own,
-        robots=robot_ids,
-        missions=_all([each.missions for each in of_robots]),
-        schedules=_all([each.schedules for each in of_robots]),
+        ids={**own.ids, **ids},
         made_names=[id_ for each in of_robots for id_ in each.made_names],
         starts=[start for each in of_robots for start in each.starts],
     )
-
-
-def _all(ids: Sequence[Sequence[int]]) -> list[int]:
-    return [id_ for each in ids for id_ in each]

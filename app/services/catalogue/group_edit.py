@@ -21,10 +21,10 @@ from app.services.live.changes import Topic
 def save(edit: Edit, group: Group, *, may_be_empty: bool = False) -> Group:
     """Add (id 0) or change. Unsent starts of a robot that is no longer a member wait for another one.
     ``may_be_empty``: its last robot was removed, and a file says so."""
-    stored = edit.the_group(group.id) if group.id else None
+    stored = edit.the(Group, group.id) if group.id else None
     group = validation.group(group, may_be_empty=may_be_empty)
     _check_name(edit, group, stored)
-    check_members([edit.the_robot(robot_id) for robot_id in group.members])
+    check_members([edit.the(Robot, robot_id) for robot_id in group.members])
     if group == stored:
         return group
     if stored is None:
@@ -72,12 +72,12 @@ def _check_name(edit: Edit, group: Group, stored: Group | None) -> None:
 
 def remove(edit: Edit, group_id: int) -> Removed:
     """Deletes its schedules too. Starts that no robot has yet are cancelled; running missions continue."""
-    group, schedules = edit.the_group(group_id), edit.schedules.for_group(edit.c, group_id)
+    group, schedules = edit.the(Group, group_id), edit.schedules.for_group(edit.c, group_id)
     starts = edit.end_starts_of(schedules)
     starts += _end_waiting(edit, group, {"removed": group.name})
     edit.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
     edit.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
-    return edit.hide(Removed(edit.now, groups=[group_id], starts=starts), schedules)
+    return edit.hide(Removed(edit.now, {Group: [group_id]}, starts=starts), schedules)
 
 
 def end_without_robots(edit: Edit, groups: Iterable[Group]) -> list[Execution]:
@@ -87,7 +87,7 @@ def end_without_robots(edit: Edit, groups: Iterable[Group]) -> list[Execution]:
     return [
         row
         for group in left
-        if not any(edit.the_robot(robot_id).enabled for robot_id in group.members)
+        if not any(edit.the(Robot, robot_id).enabled for robot_id in group.members)
         for row in _end_waiting(edit, group, {"group": group.name})
     ]
 
@@ -108,11 +108,11 @@ def unassign(edit: Edit, robot_id: int, group_id: int | None = None) -> None:
 
 def save_place(edit: Edit, place: Place) -> Place:
     """Add (id 0) or change."""
-    stored = edit.the_place(place.id) if place.id else None
+    stored = edit.the(Place, place.id) if place.id else None
     place = replace(fields.checked(place, fields.PLACE), missions=tuple(sorted(set(place.missions))))
     check_name_is_free(edit.places.by_name(edit.c, place.name), place.id, "there is a place {name} already")
     for mission_id in place.missions:
-        edit.the_mission(mission_id)
+        edit.the(Mission, mission_id)
     if place == stored:
         return place
     if stored is None:
@@ -136,7 +136,7 @@ def use_places(edit: Edit, mission: Mission, place_ids: Collection[int]) -> bool
 
 def remove_place(edit: Edit, place_id: int) -> Removed:
     """Missions that used it stay."""
-    place = edit.the_place(place_id)
+    place = edit.the(Place, place_id)
     edit.notes.append(f"place {place.name!r} removed")
     edit.topics.add(Topic.MISSIONS)
-    return edit.hide(Removed(edit.now, places=[place_id]))
+    return edit.hide(Removed(edit.now, {Place: [place_id]}))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.domain.models import InvalidInput, Mission
+from app.domain.models import InvalidInput, Mission, Robot
 from app.services.catalogue import change_log, fields, generated_names, robot_edit, schedule_edit
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
@@ -19,8 +19,8 @@ def save(edit: Edit, mission: Mission) -> Mission:
     """Add (id 0) or change. Schedules on a robot that used the mission of that name for all robots continue with
     the robot's own."""
     mission = fields.checked(mission, fields.MISSION)
-    stored = edit.the_mission(mission.id) if mission.id else None
-    only = None if mission.robot_id is None else edit.the_robot(mission.robot_id)
+    stored = edit.the(Mission, mission.id) if mission.id else None
+    only = None if mission.robot_id is None else edit.the(Robot, mission.robot_id)
     other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
     check_name_is_free(other, mission.id, "there is a mission {name} already")
     check_used_only_there(edit, mission)
@@ -33,7 +33,7 @@ def save(edit: Edit, mission: Mission) -> Mission:
         edit.notes.append(f"mission {mission.name!r}{f' of robot {only.name!r}' if only else ''} added")
     else:
         edit.missions.update(edit.c, mission)
-        was_only = None if stored.robot_id is None else edit.the_robot(stored.robot_id)
+        was_only = None if stored.robot_id is None else edit.the(Robot, stored.robot_id)
         changed = change_log.differences(change_log.of_mission(stored, was_only), change_log.of_mission(mission, only))
         edit.notes.append(f"mission {stored.name!r} changed: {changed}")
         generated_names.rename_for_mission(edit, stored.name, mission)
@@ -64,7 +64,7 @@ def check_used_only_there(edit: Edit, mission: Mission) -> None:
 def _replace(edit: Edit, old_id: int, new_id: int, robot_id: int) -> None:
     edit.schedules.replace_mission(edit.c, old_id, new_id, robot_id)
     schedule_edit.update_waiting(edit, new_id)
-    robot = edit.the_robot(robot_id)
+    robot = edit.the(Robot, robot_id)
     if robot.idle and robot.idle.mission_id == old_id:
         edit.robots.update(edit.c, replace(robot, idle=replace(robot.idle, mission_id=new_id)))
         robot_edit.withdraw_idle(edit, robot)
@@ -74,7 +74,7 @@ def _replace(edit: Edit, old_id: int, new_id: int, robot_id: int) -> None:
 def remove(edit: Edit, mission_id: int) -> Removed:
     """Deletes the schedules and idle rules that use it; those of a robot's own one continue with the mission of
     that name for all robots."""
-    mission = edit.the_mission(mission_id)
+    mission = edit.the(Mission, mission_id)
     if mission.robot_id is not None and (general := edit.missions.by_name(edit.c, mission.name)):
         _replace(edit, mission_id, general.id, mission.robot_id)
     is_idle_mission = robot_edit.withdraw_idle_of(edit, mission_id)
@@ -82,4 +82,4 @@ def remove(edit: Edit, mission_id: int) -> Removed:
     starts = edit.end_starts_of(schedules)
     edit.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
     edit.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if is_idle_mission else set())
-    return edit.hide(Removed(edit.now, missions=[mission_id], starts=starts), schedules)
+    return edit.hide(Removed(edit.now, {Mission: [mission_id]}, starts=starts), schedules)

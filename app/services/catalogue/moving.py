@@ -71,8 +71,8 @@ class Moving:
             if moved.was_at <= edit.now:
                 raise InvalidInput("schedule", "the time of this start has passed")
             is_single = moved.before.recurrence is None
-            before = moved.before if is_single else edit.the_schedule(moved.before.id)
-            to, target = _local(moved.was_at, before), _target(edit.the_schedule(moved.after.id))
+            before = moved.before if is_single else edit.the(Schedule, moved.before.id)
+            to, target = _local(moved.was_at, before), _target(edit.the(Schedule, moved.after.id))
             if _target(moved.before) != _target(moved.after):
                 if target != _target(moved.after):
                     raise InvalidInput("schedule", "its schedule has been changed since")
@@ -113,8 +113,8 @@ def _move(
 
 def _read(edit: Edit, schedule_id: int) -> tuple[Schedule, Schedule]:
     """The schedule that the start is planned by, and the one that it is of."""
-    shown = edit.the_schedule(schedule_id)
-    return shown, shown if shown.moved_of is None else edit.the_schedule(shown.moved_of)
+    shown = edit.the(Schedule, schedule_id)
+    return shown, shown if shown.moved_of is None else edit.the(Schedule, shown.moved_of)
 
 
 def _moved(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from app.database.groups import GroupRepository
 from app.database.missions import MissionRepository
 from app.database.robots import RobotRepository
-from app.domain.models import IdleRule, InvalidInput, Robot, Schedule
+from app.domain.models import IdleRule, InvalidInput, Mission, Robot, Schedule
 from app.domain.parameters import missing, values_for
 from app.domain.robot import MissionParameter
 from app.services.catalogue.edit import Edit
@@ -58,7 +58,7 @@ class Runners:
 
 def of_idle_rule(edit: Edit, robot: Robot, rule: IdleRule, known: Known) -> Checked:
     """Its mission gets no parameters."""
-    mission = edit.the_mission(rule.mission_id)
+    mission = edit.the(Mission, rule.mission_id)
     parameters = known(robot, mission.guid)
     if parameters is not None and not (asked := missing(parameters)):
         return Checked()

@@ -11,7 +11,7 @@ from datetime import datetime
 from app.domain import rules
 from app.domain.clock import MOMENT
 from app.domain.execution import Reason, ReasonCode
-from app.domain.models import InvalidInput, Schedule
+from app.domain.models import InvalidInput, Mission, Schedule
 from app.services.catalogue import change_log, schedule_edit
 from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.changes import Topic
@@ -26,11 +26,11 @@ class Pausing:
         """Skip the start planned at that instant (UTC). Raises InvalidInput if it is not planned."""
 
         def work(edit: Edit) -> None:
-            c, now, schedule = edit.c, edit.now, edit.the_schedule(schedule_id)
+            c, now, schedule = edit.c, edit.now, edit.the(Schedule, schedule_id)
             if instant in edit.schedules.skipped(c, schedule_id):
                 return
             check_is_to_come(edit, schedule, instant)
-            target, mission = edit.target_of(schedule), edit.the_mission(schedule.mission_id)
+            target, mission = edit.target_of(schedule), edit.the(Mission, schedule.mission_id)
             install_id = edit.stored_settings.install_id(c)
             row = rules.scheduled(schedule, target, mission, edit.settings, install_id, instant, now)
             reason = Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()})
@@ -45,7 +45,7 @@ class Pausing:
         it still would not run: the schedule is off, paused until then or has another rule now."""
 
         def work(edit: Edit) -> None:
-            schedule = edit.the_schedule(schedule_id)
+            schedule = edit.the(Schedule, schedule_id)
             if _has_passed(edit, schedule, instant):
                 raise InvalidInput("schedule", "the time of this start has passed")
             if (schedule_id, instant) in edit.schedules.moved_away(edit.c):
@@ -66,7 +66,7 @@ class Pausing:
         that has passed."""
 
         def work(edit: Edit) -> Schedule:
-            schedule = edit.the_schedule(schedule_id)
+            schedule = edit.the(Schedule, schedule_id)
             if until <= edit.now:
                 raise InvalidInput("until", "choose a time in the future")
             reason = Reason(ReasonCode.HOLD, {"paused_until": until.isoformat()})
@@ -78,7 +78,7 @@ class Pausing:
 
     def resume(self, schedule_id: int) -> Schedule:
         """End the pause: the next start runs. What was skipped stays so."""
-        return self._catalogue.edit(lambda edit: _pause(edit, edit.the_schedule(schedule_id), None))
+        return self._catalogue.edit(lambda edit: _pause(edit, edit.the(Schedule, schedule_id), None))
 
 
 def _pause(edit: Edit, schedule: Schedule, until: datetime | None) -> Schedule:

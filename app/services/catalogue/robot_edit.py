@@ -8,14 +8,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.domain.execution import Reason, ReasonCode, Trigger
-from app.domain.models import IdleRule, InvalidInput, Robot
+from app.domain.models import Fleet, IdleRule, InvalidInput, Mission, Robot
 from app.mir.credentials import with_token
 from app.services.catalogue import change_log, fields, generated_names, group_edit, validation
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event
-from app.services.live.alarms import alarm_of
 from app.services.live.changes import Topic
 
 
@@ -27,9 +26,9 @@ def save(
     password is switched on by it. A serial number of None keeps the known one; other facts about the machine stay
     unless ``is_tested``: the caller has just read them from it. ``is_one_of_many``: others change too, and the
     caller calls ``check_is_no_other`` afterwards."""
-    stored = edit.the_robot(robot.id) if robot.id else None
+    stored = edit.the(Robot, robot.id) if robot.id else None
     if robot.fleet is not None:
-        robot = robot.within(edit.the_fleet(robot.fleet.id))
+        robot = robot.within(edit.the(Fleet, robot.fleet.id))
     robot = fields.checked(robot, fields.ROBOT)
     _check_name(edit, robot)
     _check_way(robot, stored, password)
@@ -92,12 +91,7 @@ def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:
         generated_names.rename_for_robot(edit, stored.name, robot)
         if stored.enabled and not robot.enabled:
             end_unsent(edit, stored)
-        if robot.needs_password and stored.enabled:
-            details = {"robot": robot.name, "robot_id": robot.id}
-            edit.alarms.raise_once(edit.c, alarm_of("needs_password", f"robot:{robot.id}", edit.now, details))
-            edit.topics.add(Topic.ALARMS)
-        elif stored.needs_password and not robot.needs_password:
-            _clear_alarms(edit, robot.id)
+        edit.note_password(robot, stored, f"robot:{robot.id}", robot_id=robot.id)
     _note_idle(edit, robot, stored.idle if stored else None)
     if stored is not None and _idle_mission(stored) not in (None, _idle_mission(robot)):
         withdraw_idle(edit, robot)
@@ -141,7 +135,7 @@ def _note_idle(edit: Edit, robot: Robot, before: IdleRule | None) -> None:
 
 def set_idle_rule(edit: Edit, robot_id: int, rule: IdleRule | None) -> Robot:
     """None: no idle automation."""
-    stored = edit.the_robot(robot_id)
+    stored = edit.the(Robot, robot_id)
     return _put(edit, replace(stored, idle=rule and _checked_idle(edit, stored, rule)), stored)
 
 
@@ -154,7 +148,7 @@ def _checked_idle(edit: Edit, robot: Robot, rule: IdleRule) -> IdleRule:
 
 def remove(edit: Edit, robot_id: int) -> Removed:
     """With its schedules, its own missions, its idle rule and its hold. Its open executions end as cancelled."""
-    robot = edit.the_robot(robot_id)
+    robot = edit.the(Robot, robot_id)
     reason = Reason(ReasonCode.ROBOT_REMOVED, {"robot": robot.name})
     group_edit.unassign(edit, robot_id)
     starts = edit.executions.open_for(edit.c, robot_id)
@@ -165,7 +159,7 @@ def remove(edit: Edit, robot_id: int) -> Removed:
     member_of = edit.groups.of_robot(edit.c, robot_id)
     _clear_alarms(edit, robot_id)
     removed = edit.hide(
-        Removed(edit.now, robots=[robot_id], missions=missions, starts=starts, token=robot.token), schedules
+        Removed(edit.now, {Robot: [robot_id], Mission: missions}, starts=starts, token=robot.token), schedules
     )
     edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
     return replace(removed, starts=[*starts, *group_edit.end_without_robots(edit, member_of)])

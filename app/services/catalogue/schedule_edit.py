@@ -47,7 +47,7 @@ def save(edit: Edit, schedule: Schedule) -> Schedule:
     """Add (id 0) or change. A blank name becomes "<mission> on <robot>". Waiting starts of a changed schedule
     follow the change if their robot or group and their instant stay, otherwise they are cancelled; instants before
     now write no row; an unchanged schedule stays untouched."""
-    stored = edit.the_schedule(schedule.id) if schedule.id else None
+    stored = edit.the(Schedule, schedule.id) if schedule.id else None
     target = edit.target_of(schedule)
     mission = edit.mission_for(target, schedule.mission_id)
     schedule = replace(schedule, mission_id=mission.id, name=_name(edit, schedule, stored, target, mission))
@@ -63,7 +63,7 @@ def save(edit: Edit, schedule: Schedule) -> Schedule:
             edit.notes.append(f"schedule {schedule.name!r} added")
         schedule = edit.schedules.add(edit.c, replace(schedule, next_at=next_due(edit, schedule)))
     else:
-        was_on, ran = edit.target_of(stored), edit.the_mission(stored.mission_id)
+        was_on, ran = edit.target_of(stored), edit.the(Mission, stored.mission_id)
         changed = change_log.differences(
             change_log.of_schedule(stored, was_on, ran), change_log.of_schedule(schedule, target, mission)
         )
@@ -225,7 +225,7 @@ def _choose_again(edit: Edit, schedule: Schedule) -> None:
 def update_waiting(edit: Edit, mission_id: int | None = None) -> None:
     """Update the waiting starts of a mission that was changed, or all because settings were."""
     for schedule in edit.schedules.with_unsent(edit.c, mission_id):
-        change_waiting(edit, schedule, edit.the_mission(schedule.mission_id))
+        change_waiting(edit, schedule, edit.the(Mission, schedule.mission_id))
 
 
 def _rule(schedule: Schedule) -> dict[str, object]:
@@ -252,12 +252,12 @@ def free_name(edit: Edit, mission: str, robot: str) -> str:
 
 def remove(edit: Edit, schedule_id: int) -> Removed:
     """Takes effect at once; waiting starts are cancelled, running ones continue, history stays."""
-    schedule = edit.the_schedule(schedule_id)
+    schedule = edit.the(Schedule, schedule_id)
     schedules = edit.with_moved([schedule])
     starts = edit.end_starts_of(schedules)
     edit.notes.append(f"schedule {schedule.name!r} removed")
     edit.topics.add(Topic.SCHEDULES)
-    return edit.hide(Removed(edit.now, starts=starts), [schedule])
+    return edit.hide(Removed(edit.now, {}, starts=starts), [schedule])
 
 
 def _when(schedule: Schedule) -> tuple[object, ...]:

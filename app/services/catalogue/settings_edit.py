@@ -60,7 +60,7 @@ def _replan_schedules(edit: Edit) -> None:
 def save_days(edit: Edit, exceptions: Sequence[DayException]) -> list[DayException]:
     """Add (id 0) or change exceptions to the working days; the next occurrences of schedules that respect them are recomputed."""
     exceptions = [validation.day_exception(exception) for exception in exceptions]
-    before = {exception.id: edit.the_days(exception.id) for exception in exceptions if exception.id}
+    before = {exception.id: edit.the(DayException, exception.id) for exception in exceptions if exception.id}
     if edit.days.count(edit.c) + sum(not exception.id for exception in exceptions) > validation.MOST_DAY_EXCEPTIONS:
         raise InvalidInput("days", "the calendar has room for {most} entries", most=validation.MOST_DAY_EXCEPTIONS)
     saved = []
@@ -81,7 +81,7 @@ def remove_days(edit: Edit, ids: Sequence[int]) -> Removed:
     """Those of them that are still there."""
     days = edit.days.by_ids(edit.c, ids)
     edit.notes += [f"{change_log.days(day)} removed" for day in days.values()]
-    removed = edit.hide(Removed(edit.now, days=list(days)))
+    removed = edit.hide(Removed(edit.now, {DayException: list(days)}))
     days_changed(edit)
     return removed
 

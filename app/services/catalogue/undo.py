@@ -9,7 +9,6 @@ from datetime import datetime
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from app.database.table import Table
 from app.domain import names
 from app.domain.execution import UNBOUND, Execution, ReasonCode, State, Trigger
 from app.domain.models import DayException, Fleet, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
@@ -40,7 +39,7 @@ class Switched:
 
 
 def switch(edit: Edit, schedule_id: int, on: bool) -> Switched:
-    schedule = edit.the_schedule(schedule_id)
+    schedule = edit.the(Schedule, schedule_id)
     before = Switched(schedule, edit.open_of(edit.with_moved([schedule])))
     schedule_edit.save(edit, replace(schedule, enabled=on))
     return before
@@ -49,7 +48,7 @@ def switch(edit: Edit, schedule_id: int, on: bool) -> Switched:
 def switch_back(edit: Edit, switched: Switched) -> None:
     """Only the switch: other changes of the schedule since then stay. Starts that fell due while it was off are due."""
     before = switched.schedule
-    schedule = schedule_edit.save(edit, replace(edit.the_schedule(before.id), enabled=before.enabled))
+    schedule = schedule_edit.save(edit, replace(edit.the(Schedule, before.id), enabled=before.enabled))
     if (
         schedule.enabled
         and before.next_at is not None
@@ -64,15 +63,15 @@ def switch_back(edit: Edit, switched: Switched) -> None:
     edit.topics.add(Topic.EXECUTIONS)
 
 
-_READ_AND_SAVE: Mapping[type, tuple[Callable[[Edit, int], Any], Callable[[Edit, Any], Any]]] = MappingProxyType(
+_SAVE: Mapping[type, Callable[[Edit, Any], Any]] = MappingProxyType(
     {
-        Fleet: (Edit.the_fleet, fleet_edit.save),
-        Robot: (Edit.the_robot, robot_edit.save),
-        Group: (Edit.the_group, group_edit.save),
-        Place: (Edit.the_place, group_edit.save_place),
-        Mission: (Edit.the_mission, mission_edit.save),
-        Schedule: (Edit.the_schedule, schedule_edit.save),
-        DayException: (Edit.the_days, lambda edit, days: settings_edit.save_days(edit, [days])[0]),
+        Fleet: fleet_edit.save,
+        Robot: robot_edit.save,
+        Group: group_edit.save,
+        Place: group_edit.save_place,
+        Mission: mission_edit.save,
+        Schedule: schedule_edit.save,
+        DayException: lambda edit, days: settings_edit.save_days(edit, [days])[0],
     }
 )
 
@@ -94,11 +93,11 @@ def change(edit: Edit, before: T | None, after: T, *, must_be_unchanged: bool = 
     added. Raises InvalidInput where somebody has changed what belongs together of a schedule since it was opened, and with
     ``must_be_unchanged`` if anything that would be written is another now than in ``before``. ``how`` a robot is saved: as in
     ``robot_edit.save``."""
-    read, save = _READ_AND_SAVE[type(after)]
+    kind, save = type(after), _SAVE[type(after)]
     if before is None:
         added: T = save(edit, after, **how)
         return added
-    stored = read(edit, vars(before)["id"])
+    stored: Any = edit.the(kind, vars(before)["id"])
     differing = {name for name, value in vars(after).items() if value != getattr(before, name)}
     differing = differing.union(*(each for each in _TOGETHER.get(type(before), ()) if differing & set(each)))
     differing -= schedule_edit.NOT_THE_RULE
@@ -120,7 +119,7 @@ def changed_again(name: str) -> InvalidInput:
 
 def idle_rule_back(edit: Edit, robot_id: int, before: IdleRule | None, changes: Mapping[str, Any]) -> Robot:
     """These alone, as long as they are so; one that was new is off."""
-    robot = edit.the_robot(robot_id)
+    robot = edit.the(Robot, robot_id)
     if robot.idle is None or any(getattr(robot.idle, name) != value for name, value in changes.items()):
         raise changed_again(robot.name)
     was = {"enabled": False} if before is None else {name: getattr(before, name) for name in changes}
@@ -129,22 +128,22 @@ def idle_rule_back(edit: Edit, robot_id: int, before: IdleRule | None, changes: 
 
 def restore(edit: Edit, removed: Removed) -> None:
     """Put back what a deletion hid, and what waited of it. What would have fallen due in between writes no row."""
-    for fleet in _put_back(edit, edit.fleets, removed.fleets, removed.at):
+    for fleet in _put_back(edit, Fleet, removed):
         _restore_fleet(edit, fleet, removed)
-    robots = _put_back(edit, edit.robots, removed.robots, removed.at)
+    robots = _put_back(edit, Robot, removed)
     for robot in robots:
         _restore_robot(edit, robot, removed)
-    for group in _put_back(edit, edit.groups, removed.groups, removed.at):
+    for group in _put_back(edit, Group, removed):
         _check_robot_name(edit, group.name)
         edit.groups.update(edit.c, group)
         edit.notes.append(f"group {group.name!r} put back")
-    for place in _put_back(edit, edit.places, removed.places, removed.at):
+    for place in _put_back(edit, Place, removed):
         check_name_is_free(edit.places.by_name(edit.c, place.name), 0, "there is a place {name} already")
         edit.places.update(edit.c, place)
         edit.notes.append(f"place {place.name!r} put back")
-    for mission in _put_back(edit, edit.missions, removed.missions, removed.at):
+    for mission in _put_back(edit, Mission, removed):
         if mission.robot_id is not None:
-            edit.the_robot(mission.robot_id)
+            edit.the(Robot, mission.robot_id)
         other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
         check_name_is_free(other, 0, "there is another mission {name} now: rename that one, then undo again")
         edit.missions.update(edit.c, mission)
@@ -152,16 +151,16 @@ def restore(edit: Edit, removed: Removed) -> None:
         mission_edit.check_used_only_there(edit, mission)
         mission_edit.use_own(edit, mission.name)
     for robot in robots:  # its own missions are there again
-        robot_edit.set_idle_rule(edit, robot.id, edit.the_robot(robot.id).idle)
-    schedules = _put_back(edit, edit.schedules, removed.schedules, removed.at)
+        robot_edit.set_idle_rule(edit, robot.id, edit.the(Robot, robot.id).idle)
+    schedules = _put_back(edit, Schedule, removed)
     for schedule in schedules:
         _restore_schedule(edit, schedule, removed)
     together = {start.planned_at for start in removed.starts}
     for start in removed.starts:
-        _restore_start(edit, start, together, has_its_robot_again=start.robot_id in removed.robots)
+        _restore_start(edit, start, together, has_its_robot_again=start.robot_id in removed.ids.get(Robot, ()))
     unsent = edit.unsent_of(edit.with_moved(schedules))
     edit.apply(transitions.want_again(row) for row in unsent if wanted(edit.c, row, reopen=True).why is None)
-    days = _put_back(edit, edit.days, removed.days, removed.at)
+    days = _put_back(edit, DayException, removed)
     for exception in days:
         edit.days.update(edit.c, exception)
         edit.notes.append(f"{change_log.days(exception)} put back")
@@ -183,12 +182,12 @@ def _restore_fleet(edit: Edit, fleet: Fleet, removed: Removed) -> None:
 def _restore_robot(edit: Edit, robot: Robot, removed: Removed) -> None:
     _check_robot_name(edit, robot.name)
     if robot.fleet is not None:
-        robot = robot.within(edit.the_fleet(robot.fleet.id))
+        robot = robot.within(edit.the(Fleet, robot.fleet.id))
     with _naming_the_other():
         robot_edit.check_is_no_other(edit, robot)
     edit.robots.update(edit.c, replace(robot, token=removed.token))
     for group in edit.groups.of_robot(edit.c, robot.id):
-        group_edit.check_members([edit.the_robot(member) for member in group.members])
+        group_edit.check_members([edit.the(Robot, member) for member in group.members])
     edit.notes.append(f"robot {robot.name!r} put back")
 
 
@@ -205,9 +204,10 @@ def _naming_the_other() -> Iterator[None]:
         ) from None
 
 
-def _put_back(edit: Edit, table: Table[T], ids: Sequence[int], removed_at: datetime) -> list[T]:
+def _put_back(edit: Edit, kind: type[T], removed: Removed) -> list[T]:
     """Undo may be pressed twice, at two places."""
-    found = [each for id_ in ids if (each := table.put_back(edit.c, id_, removed_at)) is not None]
+    ids, table = removed.ids.get(kind, ()), edit.tables[kind]
+    found = [each for id_ in ids if (each := table.put_back(edit.c, id_, removed.at)) is not None]
     if len(found) < len(ids):
         raise InvalidInput("name", "this has been restored already")
     return found
@@ -329,11 +329,11 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     if row.closes_at <= edit.now:
         raise InvalidInput("execution", "it is too late for this start")
     if row.group_id is not None:
-        edit.the_group(row.group_id)
-    elif not (robot := edit.the_robot(row.robot_id or 0)).enabled:
+        edit.the(Group, row.group_id)
+    elif not (robot := edit.the(Robot, row.robot_id or 0)).enabled:
         raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
     if row.schedule_id is not None:
-        edit.the_schedule(row.schedule_id)
+        edit.the(Schedule, row.schedule_id)
         edit.schedules.unskip(edit.c, row.schedule_id, row.planned_at)
     if wanted(edit.c, row, reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
@@ -346,7 +346,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
 
 def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
     """Remove the skip of its instant, which is in the future."""
-    schedule = edit.the_schedule(schedule_id)
+    schedule = edit.the(Schedule, schedule_id)
     schedule_edit.put_back(edit, schedule, row.planned_at)
     if row.held:
         edit.schedules.hold(edit.c, schedule_id, row.planned_at)

@@ -88,7 +88,7 @@ class Fleets:
     def add(self, fleet_id: int, vehicles: Iterable[Vehicle]) -> list[Robot]:
         """Those chosen, in one transaction, by the names that they have at the fleet, with a number if one is taken.
         Raises InvalidInput."""
-        return self._catalogue.edit(lambda edit: _add(edit, edit.the_fleet(fleet_id), vehicles))
+        return self._catalogue.edit(lambda edit: _add(edit, edit.the(Fleet, fleet_id), vehicles))
 
     def tick(self) -> None:
         """A chore: ask fleets once an hour who they are, on a separate thread, as what a check-up found holds for one

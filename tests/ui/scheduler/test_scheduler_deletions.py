@@ -6,7 +6,7 @@ from zoneinfo import ZoneInfo
 
 import pytest
 
-from app.domain.models import Group, InvalidInput
+from app.domain.models import Group, InvalidInput, Schedule
 from app.widgets.flow import ParameterFields
 from tests.ui.planner import KITS, PALLETS, choose, field, new, said, save, save_button, schedules, settle, stock
 
@@ -46,7 +46,7 @@ def test_so_is_a_group(screen, container, ui):
 def test_a_missing_schedule_that_should_be_shown_is_not_shown_later(screen, container, ui):
     removed = container.catalogue.remove_schedule(stock(container).id)
     settle(screen, ui)
-    screen.shell.go("scheduler", schedule_id=removed.schedules[0])
+    screen.shell.go("scheduler", schedule_id=removed.ids[Schedule][0])
     settle(screen, ui)
     choose(screen, ui, "Mission", KITS)
     container.catalogue.restore(removed)

@@ -39,10 +39,18 @@ SENTENCES: Mapping[str, tuple[str, str]] = MappingProxyType(
             "fleet {name} added, it is switched off and needs a password",
             "fleet {name} changed: {what}. It is switched off and needs a password",
         ),
+        "fleets.weaker": (
+            "the connection to fleet {name} is no longer encrypted",
+            "the certificate of fleet {name} is no longer the only trusted one",
+        ),
         "robots": ("robot {name} added", "robot {name} changed: {what}"),
         "robots.waiting": (
             "robot {name} added, it is switched off and needs a password",
             "robot {name} changed: {what}. It is switched off and needs a password",
+        ),
+        "robots.weaker": (
+            "the connection to robot {name} is no longer encrypted",
+            "the certificate of robot {name} is no longer the only trusted one",
         ),
         "groups": ("group {name} added", "group {name} changed: {what}"),
         "places": ("place {name} added", "place {name} changed: {what}"),
@@ -84,33 +92,19 @@ def _value(of: object, field: Field) -> object:
     return _shown(field.attribute, value)
 
 
-def of_robot(before: Robot | None, after: Robot) -> Iterator[Message]:
-    if after.fleet is not None:  # what has changed of that is said of the fleet
-        yield from line("robots", before and before.within(after.fleet), after, name=after.name)
+def of_machine(kind: str, before: Robot | Fleet | None, after: Robot | Fleet) -> Iterator[Message]:
+    if isinstance(after, Robot) and after.fleet is not None:  # what has changed of that is said of the fleet
+        before = before.within(after.fleet) if isinstance(before, Robot) else None
+        yield from line(kind, before, after, name=after.name)
         return
-    not_encrypted = message("the connection to robot {name} is no longer encrypted", name=after.name)
-    not_pinned = message("the certificate of robot {name} is no longer the only trusted one", name=after.name)
-    yield from _of_connection("robots", before, after, not_encrypted, not_pinned)
-
-
-def of_fleet(before: Fleet | None, after: Fleet) -> Iterator[Message]:
-    not_encrypted = message("the connection to fleet {name} is no longer encrypted", name=after.name)
-    not_pinned = message("the certificate of fleet {name} is no longer the only trusted one", name=after.name)
-    yield from _of_connection("fleets", before, after, not_encrypted, not_pinned)
-
-
-def _of_connection(
-    kind: str, before: Robot | Fleet | None, after: Robot | Fleet, not_encrypted: Message, not_pinned: Message
-) -> Iterator[Message]:
     has_new_password = after.token not in (None, before and before.token)
-    kind = f"{kind}.waiting" if after.needs_password else kind
-    yield from line(kind, before, after, [message("Password")] * has_new_password, name=after.name)
-    if before is None:
-        return
-    if before.address.startswith("https:") and after.address.startswith("http:"):
-        yield not_encrypted
-    elif before.certificate_sha256 and not after.certificate_sha256:
-        yield not_pinned
+    state = f"{kind}.waiting" if after.needs_password else kind
+    yield from line(state, before, after, [message("Password")] * has_new_password, name=after.name)
+    not_encrypted, not_pinned = SENTENCES[f"{kind}.weaker"]
+    if before and before.address.startswith("https:") and after.address.startswith("http:"):
+        yield message(not_encrypted, name=after.name)
+    elif before and before.certificate_sha256 and not after.certificate_sha256:
+        yield message(not_pinned, name=after.name)
 
 
 def of_setting(field: Field, before: object, after: object) -> Message:

@@ -234,9 +234,7 @@ class _Import:
     # ------------------------------------------------------------------ groups and places
     def _group(self, item: Item) -> Iterator[Message]:
         edit, name, values = self._edit, item.values["name"], item.changes
-        stored = edit.groups.by_name(edit.c, name)
-        if stored is None:
-            item.check_new()
+        stored = item.of(edit.groups.by_name(edit.c, name))
         if "robots" in item.values:
             members = (self._robot_named(robot, f"{item.path}.robots").id for robot in item.values["robots"])
             values["members"] = tuple(sorted(members))
@@ -245,9 +243,7 @@ class _Import:
 
     def _place(self, item: Item) -> Iterator[Message]:
         edit, name = self._edit, item.values["name"]
-        stored = edit.places.by_name(edit.c, name)
-        if stored is None:
-            item.check_new()
+        stored = item.of(edit.places.by_name(edit.c, name))
         saved = group_edit.save_place(edit, replace(stored or Place(name, 1), **item.changes))
         return import_lines.line("places", stored, saved, name=name)
 
@@ -266,9 +262,7 @@ class _Import:
         name, owner = item.values["name"], item.values.get("robot")
         robot = None if owner is None else self._robot_named(owner, f"{item.path}.robot")
         robot_id = robot.id if robot else None
-        stored = self._edit.missions.by_name(self._edit.c, name, robot_id)
-        if stored is None:
-            item.check_new()
+        stored = item.of(self._edit.missions.by_name(self._edit.c, name, robot_id))
         saved = mission_edit.save(self._edit, replace(stored or Mission(name, "", robot_id=robot_id), **item.changes))
         more = [message("Places")] * self._uses(saved, item)
         if robot is None:
@@ -278,9 +272,7 @@ class _Import:
     # ------------------------------------------------------------------ schedules
     def _schedule(self, item: Item) -> Iterator[Message]:
         entry = item.values
-        stored = self._stored(entry["name"]) if entry.get("name") else None
-        if stored is None:
-            item.check_new()
+        stored = item.of(self._stored(entry.get("name") or ""))
         target = self._target(item, stored)
         values = item.changes
         if "robot" in entry or "group" in entry:
@@ -321,7 +313,7 @@ class _Import:
         mission_id: int = values["mission_id"]
         unnamed = self._unnamed.get((target.name, mission_id))
         if unnamed is None:
-            generated = names.generated(self._edit.the_mission(mission_id).name, target.name)
+            generated = names.generated(self._edit.the(Mission, mission_id).name, target.name)
             unnamed = self._unnamed[target.name, mission_id] = Unnamed(generated, self._taken, self._stored)
         return unnamed.name_of(values)
 

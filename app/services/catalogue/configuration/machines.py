@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
+from typing import TypeVar
 
 from app.domain.message import Message
 from app.domain.models import Fleet, InvalidInput, Robot
@@ -12,6 +13,8 @@ from app.services.catalogue.configuration import import_lines
 from app.services.catalogue.configuration.document import Document
 from app.services.catalogue.edit import Edit
 from app.services.catalogue.fields import Item, placed
+
+T = TypeVar("T", Fleet, Robot)
 
 
 class Machines:
@@ -24,13 +27,13 @@ class Machines:
         """Add and change all of them. Raises InvalidInput."""
         for item, fleet in self._fleets:
             with placed(item):
-                self._fleet(item, fleet)
+                self._machine(item, item.of(fleet) or Fleet("", ""), fleet_edit.save)
         for item, robot in self._robots:
             with placed(item):
                 if "fleet" in item.values or (robot is not None and robot.fleet is not None):
                     self._robot_of_fleet(item, robot)
                 else:
-                    self._robot(item, robot)
+                    self._machine(item, item.of(robot) or Robot("", ""), robot_edit.save)
         self._check_addresses()
 
     def lines(self) -> list[Message]:
@@ -41,32 +44,20 @@ class Machines:
             *(
                 line
                 for item, before in self._fleets
-                for line in import_lines.of_fleet(before, fleets[item.values["name"]])
+                for line in import_lines.of_machine("fleets", before, fleets[item.values["name"]])
             ),
             *(
                 line
                 for item, before in self._robots
-                for line in import_lines.of_robot(before, robots[item.values["name"]])
+                for line in import_lines.of_machine("robots", before, robots[item.values["name"]])
             ),
         ]
 
-    def _fleet(self, item: Item, stored: Fleet | None) -> None:
+    def _machine(self, item: Item, stored: T, save: Callable[..., T]) -> None:
         password = item.values.get("password")
-        if stored is None:
-            item.check_new()
-        entered = replace(stored or Fleet("", ""), **item.changes)
-        saved = fleet_edit.save(self._edit, entered, password, is_one_of_many=True)
+        saved = save(self._edit, replace(stored, **item.changes), password, is_one_of_many=True)
         if password is not None and item.values.get("enabled") is False and saved.enabled:
-            fleet_edit.save(self._edit, replace(saved, enabled=False))
-
-    def _robot(self, item: Item, stored: Robot | None) -> None:
-        password = item.values.get("password")
-        if stored is None:
-            item.check_new()
-        entered = replace(stored or Robot("", ""), **item.changes)
-        saved = robot_edit.save(self._edit, entered, password, is_one_of_many=True)
-        if password is not None and item.values.get("enabled") is False and saved.enabled:
-            robot_edit.save(self._edit, replace(saved, enabled=False))
+            save(self._edit, replace(saved, enabled=False))
 
     def _robot_of_fleet(self, item: Item, stored: Robot | None) -> None:
         """``enabled`` is its own switch, also while its fleet is off."""
