@@ -215,7 +215,7 @@ class Container:
             settings=self.settings,
             make_client=self.make_client,
             parameters=self.parameters,
-            keep_paused=self.check_ups.trials.keep_paused,
+            keep_paused=self.check_ups.keep_paused,
             answered=self.prompts.answered,
         )
         self.fleets = Fleets(self.catalogue, ask_fleet or connector.ask_fleet, clock)

@@ -103,9 +103,9 @@ def _is_day(text: str) -> bool:
 
 # ---------------------------------------------------------------------- objects
 def decoded(kind: Any, value: Any, **known: Any) -> Any:
-    """From JSON as ``to_json`` writes it: a value of this annotation, or a dataclass, of which some attributes may be
-    ``known``. Those that are missing, as in rows of earlier versions, have their defaults. Raises ValueError, TypeError
-    or LookupError."""
+    """From JSON as ``to_json`` writes it: a value of this annotation, such as a dataclass. ``known``: attributes that are
+    not read. Those that are missing, as in rows of earlier versions, have their defaults. Raises ValueError, TypeError or
+    LookupError."""
     of = get_args(kind)
     if isinstance(kind, UnionType):
         is_other = (value is None and NoneType in of) or (kind == Message and is_message(value))

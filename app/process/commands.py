@@ -38,8 +38,8 @@ from app.process.requests import (
 )
 from app.process.terminal import say
 from app.services.catalogue import configuration
-from app.services.check_up.fleet_check_ups import moves as moves_of_fleet
-from app.services.check_up.service import moves
+from app.services.check_up.fleet_check_ups import FleetCheckUps
+from app.services.check_up.service import CheckUps
 from app.services.files.file_access import draft_of, open_in_place, read_file, without_links
 from app.services.files.history_export import write_history
 
@@ -159,7 +159,7 @@ def _what_is_left(answer: Mapping[str, Any] | None) -> str:
 def _moves(directory: DataDirectory, robot: str, trial: Trial) -> str:
     with closing(open_for_reading(directory)) as db:
         target = find_checked(db.read(), robot)
-    return render((moves_of_fleet if isinstance(target, Fleet) else moves)(target.name, trial))
+    return render((FleetCheckUps if isinstance(target, Fleet) else CheckUps).moves(target.name, trial))
 
 
 # ------------------------------------------------------------------ a forgotten PIN

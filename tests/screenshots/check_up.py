@@ -11,7 +11,7 @@ from pathlib import Path
 from app.database.check_ups import CheckUpRepository
 from app.domain.check_up import Progress, Report, Trial
 from app.domain.message import message
-from app.services.check_up.trials import length_s
+from app.services.check_up.service import CheckUps
 from mir_sim import Profile, deviant
 from mir_sim.profile import Reboots
 from tests.screenshots.registry import picture
@@ -126,7 +126,7 @@ def running(studio):
     check_up.choose(wants_trial=True)
     plant.settle(studio)
     check_up.part = "CheckUpRunning"
-    check_up._progress = Progress(message("Measuring how fast it answers"), 35.0, length_s(Trial()))
+    check_up._progress = Progress(message("Measuring how fast it answers"), 35.0, CheckUps.length_s(Trial()))
     check_up._show_progress()
     return plant.settle(studio)
 

@@ -21,7 +21,6 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.widget import Widget
 
 from app.domain.check_up import Progress, Report, Trial
-from app.domain.message import Message
 from app.domain.models import Fleet, Robot
 from app.i18n import _
 from app.screens.common.places import choose_place
@@ -237,14 +236,7 @@ class CheckUp(EventDispatcher):
         self.mission_word = self.mission if self.of_fleet else view.mission_word(self.mission)
         self.will_do, self.can_begin = "", trial is None
         if trial is not None and (not self.of_fleet or (trial.mission and trial.robot)):
-
-            def announced(says: Message) -> None:
-                if self.wants_trial:
-                    self.will_do, self.can_begin = words_of(says), True
-
-            self._context.run(
-                lambda: check_ups.moves(target.id, trial), announced, self._not_now, key=("check-up", self)
-            )
+            self.will_do, self.can_begin = words_of(check_ups.moves(target.name, trial)), True
 
     # ------------------------------------------------------------------ while it runs
     def begin(self) -> None:

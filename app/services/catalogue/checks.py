@@ -273,7 +273,9 @@ def between(value: Between, field: str) -> Between:
     return value
 
 
-time_of_day = _as_written(r"([01]\d|2[0-3]):[0-5]\d", time.fromisoformat, "write a time of day such as 08:30, not {value}")
+time_of_day = _as_written(
+    r"([01]\d|2[0-3]):[0-5]\d", time.fromisoformat, "write a time of day such as 08:30, not {value}"
+)
 
 
 def parameters(value: object, field: str = "parameters") -> dict[str, Any]:

@@ -28,7 +28,6 @@ from app.mir.target import Target
 from app.services.check_up.fleet_trial import FleetJournal
 from app.services.check_up.journal import Journal
 from app.services.check_up.session import CheckUpSession
-from app.services.check_up.trials import missions_of
 from app.services.dispatch.ledger import Ledger
 from app.services.live.alarms import Alarms
 from app.services.live.changes import Changes, Topic
@@ -196,3 +195,20 @@ class CheckUpsOf(ABC, Generic[T, C, J]):
                 self.put_back(id_)
             except (RobotError, InvalidInput, DatabaseError) as problem:
                 log.info("What a check-up left there (%d) could not be put back yet: %s", id_, problem)
+
+
+def missions_of(client: Target) -> Mapping[str, str]:
+    """Names of the missions that people made on it, with their guids. Raises RobotError."""
+    return {mission.name: mission.guid for mission in client.missions() if not mission.is_built_in}
+
+
+def mission_called(name: str, client: Target, missing: InvalidInput) -> str:
+    """Its guid, for a trial. Raises ``missing`` if there is none, InvalidInput, or RobotError."""
+    guid = missions_of(client).get(name)
+    if guid is None:
+        raise missing
+    if any(parameter.default in (None, "") for parameter in client.parameters(guid) or ()):
+        raise InvalidInput(
+            "mission", "{mission} asks for values when it is started: choose another mission", mission=name
+        )
+    return guid

@@ -20,11 +20,10 @@ from app.mir.enterprise_vehicle import EnterpriseVehicle
 from app.mir.errors import RobotError
 from app.mir.raw_client import PATIENT, RawClient
 from app.services.check_up import fleet_probes, fleet_trial
-from app.services.check_up.base import CheckUpsOf, IsWanted, Keep, OnProgress
+from app.services.check_up.base import CheckUpsOf, IsWanted, Keep, OnProgress, mission_called
 from app.services.check_up.fleet_orders import ClassicOrders, EnterpriseOrders
 from app.services.check_up.fleet_trial import FleetJournal, OrderTrial
 from app.services.check_up.session import Cancelled, CheckUpSession, amber, green, red
-from app.services.check_up.trials import missions_of
 
 log = logging.getLogger(__name__)
 
@@ -42,10 +41,18 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
 
     @staticmethod
     def length_s(trial: Trial | None) -> float:
-        return length_s(trial)
+        return fleet_probes.LENGTH_S + (fleet_trial.TAKES_S if trial is not None else 0.0)
 
-    def moves(self, id_: int, trial: Trial) -> Message:
-        return moves(self._get(id_).name, trial)
+    @staticmethod
+    def moves(name: str, trial: Trial) -> Message:
+        return message(
+            "{fleet} gets one order: {mission} for {robot}, not before tomorrow. It is looked at, and deleted within half a "
+            "minute. The order should not run. If {robot} begins it anyway, it is cancelled at once: stand where you "
+            "can stop the robot.",
+            fleet=name,
+            mission=trial.mission or "?",
+            robot=trial.robot or "?",
+        )
 
     def robots(self, fleet_id: int) -> Sequence[str]:
         """Names of its robots, as the app calls them."""
@@ -69,7 +76,7 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
         began_at, began = self._clock.now(), self._clock.monotonic()
         is_complete, is_known = False, False
         with self._client(fleet) as client:
-            session = self._session(client, is_wanted=is_wanted, on_progress=on_progress, length_s=length_s(trial))
+            session = self._session(client, is_wanted=is_wanted, on_progress=on_progress, length_s=self.length_s(trial))
             with suppress(Cancelled):
                 said = fleet_probes.read_fleet(session, client)
                 if said is not None:
@@ -118,7 +125,8 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
             try:
                 if vehicle is None:
                     raise InvalidInput("robot", "the fleet has no robot {robot}", robot=trial.robot)
-                mission = _mission(client, trial)
+                missing = InvalidInput("mission", "the fleet has no mission {mission}", mission=trial.mission or "?")
+                mission = mission_called(trial.mission or "", client, missing)
                 floor = client.highest_queue_id() or 0
             except (InvalidInput, RobotError) as refused:
                 session.add(Topic.ORDER, amber("Not tried: {problem}", "Check up again.", problem=refused.message))
@@ -221,34 +229,5 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
         return existing(self._fleets.get(self._db.read(), id_), "fleet", "this fleet no longer exists")
 
 
-def length_s(trial: Trial | None) -> float:
-    """Of the whole check-up, about."""
-    return fleet_probes.LENGTH_S + (fleet_trial.TAKES_S if trial is not None else 0.0)
-
-
-def moves(fleet: str, trial: Trial) -> Message:
-    """What happens at the fleet of this name."""
-    return message(
-        "{fleet} gets one order: {mission} for {robot}, not before tomorrow. It is looked at, and deleted within half a "
-        "minute. The order should not run. If {robot} begins it anyway, it is cancelled at once: stand where you "
-        "can stop the robot.",
-        fleet=fleet,
-        mission=trial.mission or "?",
-        robot=trial.robot or "?",
-    )
-
-
 def _name(vehicle: Vehicle) -> str:
     return vehicle.name or vehicle.id
-
-
-def _mission(client: FleetClient, trial: Trial) -> str:
-    """Its guid. Raises InvalidInput or RobotError."""
-    guid = missions_of(client).get(trial.mission or "")
-    if guid is None:
-        raise InvalidInput("mission", "the fleet has no mission {mission}", mission=trial.mission or "?")
-    if any(parameter.default in (None, "") for parameter in client.parameters(guid) or ()):
-        raise InvalidInput(
-            "mission", "{mission} asks for values when it is started: choose another mission", mission=trial.mission
-        )
-    return guid

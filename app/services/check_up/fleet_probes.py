@@ -156,15 +156,7 @@ def _silent(client: ClassicVehicle | EnterpriseVehicle, error: RobotError) -> tu
         return Topic.RIGHTS, red(
             "It does not accept the API key: {problem}", "Enter it again in its settings.", problem=error.message
         )
-    if isinstance(error, Unauthorized):
-        return Topic.RIGHTS, red(
-            "It does not accept the user: {problem}",
-            "Enter user name and password again in its settings.",
-            problem=error.message,
-        )
-    return Topic.IDENTITY, red(
-        "It could not be asked: {problem}", "Nothing can be scheduled on it until it answers.", problem=error.message
-    )
+    return probes.silent(error)
 
 
 def _robots(fleet: FleetIdentity) -> Found:

@@ -318,31 +318,27 @@ def _is_english(status: RobotStatus) -> bool:
     return re.sub(r"[^a-z]", "", status.state_text.casefold()) == status.state.name.casefold().replace("_", "")
 
 
+def silent(error: RobotError) -> tuple[Topic, Found]:
+    """Why it could not be asked at all."""
+    if isinstance(error, Unauthorized):
+        return Topic.RIGHTS, red(
+            "It does not accept the user: {problem}",
+            "Enter user name and password again in its settings.",
+            problem=error.message,
+        )
+    return Topic.IDENTITY, red(
+        "It could not be asked: {problem}", "Nothing can be scheduled on it until it answers.", problem=error.message
+    )
+
+
 def read_robot(session: CheckUpSession) -> bool:
     """All topics that are read, in the order of the report. Whether it could be asked at all; if not, a finding says why. Raises
     Cancelled."""
     session.at(message("Asking who it is"), 0.0)
     try:
         session.identify()
-    except Unauthorized as error:
-        session.add(
-            Topic.RIGHTS,
-            red(
-                "It does not accept the user: {problem}",
-                "Enter user name and password again in its settings.",
-                problem=error.message,
-            ),
-        )
-        return False
     except RobotError as error:
-        session.add(
-            Topic.IDENTITY,
-            red(
-                "It could not be asked: {problem}",
-                "Nothing can be scheduled on it until it answers.",
-                problem=error.message,
-            ),
-        )
+        session.add(*silent(error))
         return False
     for says, done_s, probes in STEPS:
         session.at(says, done_s)

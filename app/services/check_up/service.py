@@ -6,13 +6,11 @@ from __future__ import annotations
 
 import logging
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from functools import cached_property
 
-from app.database.robots import RobotRepository
-from app.domain.check_up import LeftBehind, Level, Report, RobotProfile, Trial
+from app.domain.check_up import Level, Report, RobotProfile, Trial
 from app.domain.check_up import Topic as CheckUpTopic
 from app.domain.message import Message, message
 from app.domain.models import InvalidInput, Robot, existing
@@ -20,12 +18,11 @@ from app.domain.robot import Identity, RobotStatus
 from app.mir.client import RobotClient
 from app.mir.raw_client import PATIENT
 from app.mir.transport import Pace
-from app.services.check_up.base import CheckUpsOf, IsWanted, Keep, OnProgress
-from app.services.check_up.journal import Journal
+from app.services.check_up.base import IsWanted, Keep, OnProgress
 from app.services.check_up.probes import read_robot
 from app.services.check_up.session import Cancelled, CheckUpSession
 from app.services.check_up.trial import NAME
-from app.services.check_up.trials import Trials, length_s
+from app.services.check_up.trials import Trials
 
 log = logging.getLogger(__name__)
 
@@ -39,33 +36,28 @@ TRIED = (
 )  # fields of the profile
 
 
-class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
+class CheckUps(Trials):
     WHAT = "robot"
-    _robots = RobotRepository()
-
-    @cached_property
-    def trials(self) -> Trials:
-        return Trials(
-            self._db,
-            clock=self._clock,
-            ledger=self._ledger,
-            holds=self._holds,
-            alarms=self._alarms,
-            settings=self._settings,
-        )
 
     def report(self, id_: int) -> Report | None:
         """Of the last one."""
         return self._check_ups.report(self._db.read(), id_)
 
     @staticmethod
-    def length_s(trial: Trial | None) -> float:
-        """Of the whole check-up, about."""
-        return length_s(trial)
-
-    def moves(self, id_: int, trial: Trial) -> Message:
+    def moves(name: str, trial: Trial) -> Message:
         """Exactly what happens in a trial, for a person to agree to."""
-        return moves(self._get(id_).name, trial)
+        if trial.mission is None:
+            return message(
+                "{robot} gets a mission that waits a second, four times. One of them is cancelled before it runs. The robot is "
+                "paused twice for a few seconds and resumed. The mission is removed afterwards. Nothing drives.",
+                robot=name,
+            )
+        return message(
+            "{mission} is queued four times on {robot}. One of them is cancelled before it runs, so the robot runs the "
+            "mission three times and may drive. It is paused twice for a few seconds and resumed.",
+            mission=trial.mission,
+            robot=name,
+        )
 
     def _keep(self, c: sqlite3.Connection, robot: Robot, report: Report) -> None:
         """With which machine it was: a profile counts for that with this software."""
@@ -80,7 +72,7 @@ class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
     def _run(self, it: Robot, trial: Trial | None, on_progress: OnProgress, is_wanted: IsWanted) -> tuple[Report, Keep]:
         with self._client(it) as client:
             if trial is not None:
-                self.trials.check(it, client, trial)
+                self._check(it, client, trial)
             report = self._look(it, client, trial, on_progress, is_wanted)
         return report, lambda c: self._keep(c, it, report)
 
@@ -92,7 +84,7 @@ class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
             client,
             is_wanted=is_wanted,
             on_progress=on_progress,
-            length_s=length_s(trial),
+            length_s=self.length_s(trial),
             other_robots=[each for each in self._robots.all(self._db.read()) if each.id != robot.id],
             identity=Identity(
                 RobotStatus(robot_model=robot.model or "", serial_number=robot.serial_number), software=robot.software
@@ -102,7 +94,7 @@ class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
             session.robot.spare(robot.known.rest.requests, robot.known.rest.seconds)
         is_complete = False
         try:
-            is_complete = read_robot(session) and (trial is None or self.trials.run(session, robot, trial))
+            is_complete = read_robot(session) and (trial is None or self._try(session, robot, trial))
         except Cancelled:
             log.info("The check-up of %r was ended by a person", robot.name)
         was_tried = any(finding.topic is CheckUpTopic.LEFT for finding in session.findings)
@@ -117,17 +109,6 @@ class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
             (trial.mission or NAME) if trial is not None and was_tried else "",
             is_complete,
         )
-
-    # ------------------------------------------------------------------ what a trial left
-    def _left(self) -> Mapping[int, LeftBehind]:
-        return self.trials.left_behind()
-
-    def _journal(self, it: Robot, left: LeftBehind) -> Journal:
-        return Journal(self._db, self._holds, self._alarms, it, left)
-
-    def _put_back(self, it: Robot, journal: Journal) -> Message | None:
-        with self._client(it) as client:
-            return self.trials.put_back(self._session(client), it, journal)
 
     # ------------------------------------------------------------------ inside
     @contextmanager
@@ -145,22 +126,6 @@ class CheckUps(CheckUpsOf[Robot, RobotClient, Journal]):
 
     def _get(self, id_: int) -> Robot:
         return existing(self._robots.get(self._db.read(), id_), "robot", "this robot has been removed")
-
-
-def moves(robot: str, trial: Trial) -> Message:
-    """What happens on the robot of this name."""
-    if trial.mission is None:
-        return message(
-            "{robot} gets a mission that waits a second, four times. One of them is cancelled before it runs. The robot is "
-            "paused twice for a few seconds and resumed. The mission is removed afterwards. Nothing drives.",
-            robot=robot,
-        )
-    return message(
-        "{mission} is queued four times on {robot}. One of them is cancelled before it runs, so the robot runs the "
-        "mission three times and may drive. It is paused twice for a few seconds and resumed.",
-        mission=trial.mission,
-        robot=robot,
-    )
 
 
 def _with_known(session: CheckUpSession, known: RobotProfile | None) -> RobotProfile:

@@ -5,31 +5,27 @@ from __future__ import annotations
 import contextlib
 import logging
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import timedelta
+from functools import cached_property
 from zoneinfo import ZoneInfo
 
-from app.database.check_ups import CheckUpRepository
-from app.database.connection import Database
 from app.database.groups import GroupRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository
 from app.domain.check_up import LeftBehind, Topic, Trial
-from app.domain.clock import Clock
 from app.domain.execution import State
 from app.domain.message import Message, message
-from app.domain.models import InvalidInput, Robot, Settings
+from app.domain.models import InvalidInput, Robot
 from app.domain.robot import RobotState
 from app.mir.client import RobotClient
 from app.mir.errors import RobotError
 from app.mir.target import Target
 from app.services.check_up import load_probes, trial
+from app.services.check_up.base import CheckUpsOf, mission_called
 from app.services.check_up.journal import Journal, Outcome, put_back
 from app.services.check_up.session import CheckUpSession, Found, amber, green, red
 from app.services.check_up.trial_probes import look_at_trial
-from app.services.dispatch.ledger import Ledger
-from app.services.live.alarms import Alarms
-from app.services.live.holds import Holds
 
 log = logging.getLogger(__name__)
 
@@ -42,30 +38,22 @@ RELEASED_WITHIN = timedelta(
 KEEP_FREE = timedelta(minutes=3)  # between the end of a check-up and the next planned start
 
 
-def length_s(agreed: Trial | None) -> float:
-    """Of the whole check-up, about."""
-    if agreed is None:
-        return load_probes.LENGTH_S
-    return load_probes.LENGTH_S + (trial.TAKES_S if agreed.mission is None else trial.OWN_TAKES_S)
+class Trials(CheckUpsOf[Robot, RobotClient, Journal]):
+    _robots = RobotRepository()
 
+    @cached_property
+    def _stays_paused(self) -> set[int]:
+        """Robots on which a person has pressed Pause since their trial began."""
+        return set()
 
-class Trials:
-    def __init__(
-        self,
-        db: Database,
-        *,
-        clock: Clock,
-        ledger: Ledger,
-        holds: Holds,
-        alarms: Alarms,
-        settings: Callable[[], Settings],
-    ) -> None:
-        self._db, self._clock, self._ledger = db, clock, ledger
-        self._holds, self._alarms, self._settings = holds, alarms, settings
-        self._robots, self._check_ups = RobotRepository(), CheckUpRepository()
-        self._stays_paused = set[int]()  # robots on which a person has pressed Pause since their trial began
+    @staticmethod
+    def length_s(agreed: Trial | None) -> float:
+        """Of the whole check-up, about."""
+        if agreed is None:
+            return load_probes.LENGTH_S
+        return load_probes.LENGTH_S + (trial.TAKES_S if agreed.mission is None else trial.OWN_TAKES_S)
 
-    def check(self, robot: Robot, client: RobotClient, agreed: Trial) -> None:
+    def _check(self, robot: Robot, client: RobotClient, agreed: Trial) -> None:
         """Before the robot is read for a minute; reading shows if it does not answer. Raises InvalidInput with the
         obstacle."""
         self._check_room(robot, agreed)
@@ -74,7 +62,7 @@ class Trials:
             if not _is_ready(client):
                 raise _not_ready(robot)
 
-    def run(self, session: CheckUpSession, robot: Robot, agreed: Trial) -> bool:
+    def _try(self, session: CheckUpSession, robot: Robot, agreed: Trial) -> bool:
         """Whether it was tried to the end; if not, a finding says why. Raises Cancelled."""
         try:
             journal = self._begin(session, robot, agreed)
@@ -107,13 +95,7 @@ class Trials:
         self._check_room(robot, agreed, slow_s)  # a person may have held it or started something in that time
         serial_number = session.identity.serial_number or robot.serial_number
         made = None if queued else str(uuid.uuid4())
-        return Journal(
-            self._db,
-            self._holds,
-            self._alarms,
-            robot,
-            LeftBehind(serial_number, made, trial.tokens(), floor, queued=queued),
-        )
+        return self._journal(robot, LeftBehind(serial_number, made, trial.tokens(), floor, queued=queued))
 
     def _wait_until_ready(self, session: CheckUpSession, robot: Robot) -> None:
         """After many questions it may have booted, and missions of others may run. Raises InvalidInput, RobotError or
@@ -132,7 +114,7 @@ class Trials:
         outcome = Outcome(None)
         for tries_left in reversed(range(TRIES)):
             try:
-                outcome = self._put_back(session, robot, journal)
+                outcome = self._undo_trial(session, robot, journal)
                 break
             except RobotError as error:
                 outcome = Outcome(error.message)
@@ -161,27 +143,31 @@ class Trials:
 
     def keep_paused(self, robot_id: int) -> None:
         """A person presses Pause: the pause is theirs from now on, and a trial under way ends."""
-        if robot_id in self.left_behind():
+        if robot_id in self._left():
             self._stays_paused.add(robot_id)
             self._db.write(lambda c: self._check_ups.keep_paused(c, robot_id))
 
     # ------------------------------------------------------------------ what was cut off
-    def left_behind(self) -> Mapping[int, LeftBehind]:
+    def _left(self) -> Mapping[int, LeftBehind]:
         return self._check_ups.left_behind(self._db.read())
 
-    def put_back(self, session: CheckUpSession, robot: Robot, journal: Journal) -> Message | None:
-        """Undo an interrupted trial there. Returns what could not be undone. Raises RobotError."""
+    def _journal(self, it: Robot, left: LeftBehind) -> Journal:
+        return Journal(self._db, self._holds, self._alarms, it, left)
+
+    def _put_back(self, it: Robot, journal: Journal) -> Message | None:
         left = journal.left
-        if _is_another(left, robot.serial_number) or _is_another(left, session.identify().serial_number):
-            log.warning(
-                "robot %r: what a check-up left is on the machine with serial number %s", robot.name, left.serial_number
-            )
-            journal.end()
-            return None
-        problem = self._put_back(session, robot, journal, is_late=self._is_late(robot, left)).problem
-        log.info(
-            "robot %r: what a check-up left there is %s", robot.name, "put back" if problem is None else "still there"
-        )
+        with self._client(it) as client:
+            session = self._session(client)
+            if _is_another(left, it.serial_number) or _is_another(left, session.identify().serial_number):
+                log.warning(
+                    "robot %r: what a check-up left is on the machine with serial number %s",
+                    it.name,
+                    left.serial_number,
+                )
+                journal.end()
+                return None
+            problem = self._undo_trial(session, it, journal, is_late=self._is_late(it, left)).problem
+        log.info("robot %r: what a check-up left there is %s", it.name, "still there" if problem else "put back")
         return problem
 
     def _is_late(self, robot: Robot, left: LeftBehind) -> bool:
@@ -195,7 +181,7 @@ class Trials:
             for hold in self._holds.current()
         )
 
-    def _put_back(self, session: CheckUpSession, robot: Robot, journal: Journal, *, is_late: bool = False) -> Outcome:
+    def _undo_trial(self, session: CheckUpSession, robot: Robot, journal: Journal, *, is_late: bool = False) -> Outcome:
         left = journal.left
         is_idle_period = self._robots.idle_queue_id(self._db.read(), robot.id) == left.queue_floor
         highest = session.robot.client.highest_queue_id() if is_idle_period else None
@@ -212,7 +198,7 @@ class Trials:
     def _check_room(self, robot: Robot, agreed: Trial, slow_s: float = 0.0) -> None:
         """Raises InvalidInput with the obstacle to a trial that begins now: the plan and a person's hold go first."""
         c, now = self._db.read(), self._clock.now()
-        ends = now + timedelta(seconds=length_s(agreed) + slow_s)
+        ends = now + timedelta(seconds=self.length_s(agreed) + slow_s)
         groups = {group.id for group in GroupRepository().all(c) if robot.id in group.members}
         if not robot.enabled:
             raise InvalidInput("robot", "{robot} is switched off in Settings", robot=robot.name)
@@ -250,23 +236,12 @@ class Trials:
             raise InvalidInput("robot", "{schedule} is planned at {time}: check up after it", schedule=name, time=time)
 
 
-def missions_of(client: Target) -> Mapping[str, str]:
-    """Names of the missions that people made on the robot, with their guids. Raises RobotError."""
-    return {mission.name: mission.guid for mission in client.missions() if not mission.is_built_in}
-
-
 def _mission(client: Target, agreed: Trial) -> str | None:
     """The guid of the robot's own mission; None: one is made. Raises InvalidInput or RobotError."""
     if agreed.mission is None:
         return None
-    guid = missions_of(client).get(agreed.mission)
-    if guid is None:
-        raise InvalidInput("mission", "the robot has no mission {mission}", mission=agreed.mission)
-    if any(parameter.default in (None, "") for parameter in client.parameters(guid) or ()):
-        raise InvalidInput(
-            "mission", "{mission} asks for values when it is started: choose another mission", mission=agreed.mission
-        )
-    return guid
+    missing = InvalidInput("mission", "the robot has no mission {mission}", mission=agreed.mission)
+    return mission_called(agreed.mission, client, missing)
 
 
 def _is_another(left: LeftBehind, serial_number: str | None) -> bool:

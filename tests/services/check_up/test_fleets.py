@@ -130,7 +130,7 @@ def test_over_http_it_says_what_can_be_read(site, kind, secret):
 
 
 def test_what_is_agreed_to_says_that_the_order_should_not_run(site):
-    said = render(site.check_ups.moves(site.id, Trial(MISSION, ROBOT)))
+    said = render(site.check_ups.moves("Hall", Trial(MISSION, ROBOT)))
     assert said.startswith(f"Hall gets one order: {MISSION} for {ROBOT}, not before tomorrow.")
     assert "should not run" in said
     assert "cancelled at once" in said

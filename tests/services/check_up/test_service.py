@@ -10,18 +10,18 @@ from app.domain.check_up import Level, Topic, Trial
 from app.domain.message import render
 from app.domain.models import InvalidInput
 from app.mir.errors import Unreachable
-from app.services.check_up.trials import length_s
+from app.services.check_up.service import CheckUps
 from app.services.live.changes import Topic as Change
 from mir_sim import MISSIONS
 
 
 def test_it_says_what_will_happen(robot):
-    assert render(robot.check_ups.moves(robot.id, Trial())).startswith(
+    assert render(robot.check_ups.moves("Aino", Trial())).startswith(
         "Aino gets a mission that waits a second, four times. One"
     )
-    assert render(robot.check_ups.moves(robot.id, Trial())).endswith("Nothing drives.")
-    assert render(robot.check_ups.moves(robot.id, Trial("Home"))).startswith("Home is queued four times on Aino.")
-    assert 60 < length_s(None) < length_s(Trial()) < length_s(Trial("Home"))
+    assert render(robot.check_ups.moves("Aino", Trial())).endswith("Nothing drives.")
+    assert render(robot.check_ups.moves("Aino", Trial("Home"))).startswith("Home is queued four times on Aino.")
+    assert 60 < CheckUps.length_s(None) < CheckUps.length_s(Trial()) < CheckUps.length_s(Trial("Home"))
 
 
 def test_it_offers_the_missions_that_people_made(robot):
@@ -37,7 +37,7 @@ def test_reading_changes_nothing_and_is_stored_and_reported(robot):
     assert robot.asked.writes == []
     assert robot.check_ups.report(robot.id) == report
     assert Change.ROBOTS in published
-    assert {each.of for each in progress} == {length_s(None)}
+    assert {each.of for each in progress} == {CheckUps.length_s(None)}
     known = robot.container.catalogue.robot(robot.id)
     assert (known.software, known.model) == ("3.5.4", "MiR250")
     assert known.known == report.profile
@@ -48,7 +48,7 @@ def test_the_progress_of_a_trial_never_goes_back(robot):
     robot.trial(on_progress=progress.append)
     done = [each.done for each in progress]
     assert done == sorted(done)
-    assert all(each.done <= each.of == length_s(Trial()) for each in progress)
+    assert all(each.done <= each.of == CheckUps.length_s(Trial()) for each in progress)
 
 
 def test_a_robot_that_is_off_is_a_finding_and_the_report_before_stays(robot):

@@ -59,8 +59,7 @@ def first_settings():
 def clock(site, monkeypatch) -> Hurried:
     """The clock of the check-ups."""
     clock = Hurried()
-    for part in (site.container.check_ups, site.container.check_ups.trials):
-        monkeypatch.setattr(part, "_clock", clock)
+    monkeypatch.setattr(site.container.check_ups, "_clock", clock)
     return clock
 
 
@@ -205,8 +204,7 @@ class Waiting(Hurried):
 @pytest.fixture
 def waiting(site, aino, monkeypatch) -> Iterator[Waiting]:
     clock = Waiting()
-    for part in (site.container.check_ups, site.container.check_ups.trials):
-        monkeypatch.setattr(part, "_clock", clock)
+    monkeypatch.setattr(site.container.check_ups, "_clock", clock)
     yield clock
     clock.go_on.set()
 

@@ -118,7 +118,7 @@ def test_what_was_deleted_cannot_be_changed(world):
     world.catalogue.remove_days(saved.id)
     with refuses("days", "entry of the calendar no longer exists"):
         world.catalogue.save_days(saved)
-    assert world.catalogue.remove_days(saved.id).days == []
+    assert world.catalogue.remove_days(saved.id).ids[DayException] == []
 
 
 def test_entries_survive_a_restart(world):
