@@ -383,8 +383,8 @@ class InvalidInput(ValueError):
         return str(self)
 
 
-def existing(found: T | None, field: str, msgid: str) -> T:
-    """Raises InvalidInput with this sentence for None: it was removed while somebody had it before them."""
+def existing(found: T | None, field: str, msgid: str, **details: object) -> T:
+    """Raises InvalidInput with this sentence for None: it was removed while somebody had it before them, or never there."""
     if found is None:
-        raise InvalidInput(field, msgid)
+        raise InvalidInput(field, msgid, **details)
     return found

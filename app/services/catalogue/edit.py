@@ -116,9 +116,7 @@ class Edit:
         """The mission of that name on that robot."""
         mission = self.the(Mission, mission_id)
         meant = self.missions.for_robot(self.c, mission.name, robot_id)
-        if meant is None:
-            raise InvalidInput("mission", "the mission {name} is for another robot only", name=mission.name)
-        return meant
+        return existing(meant, "mission", "the mission {name} is for another robot only", name=mission.name)
 
     def mission_for(self, target: Robot | Group, mission_id: int) -> Mission:
         """The mission of that name on that robot; for a group the one for all robots; each robot then uses its own of
@@ -126,14 +124,12 @@ class Edit:
         if isinstance(target, Robot):
             return self.mission_on(target.id, mission_id)
         mission = self.the(Mission, mission_id)
-        meant = self.missions.by_name(self.c, mission.name)
-        if meant is None:
-            raise InvalidInput(
-                "mission",
-                "the mission {name} is for one robot only, a group needs one for all robots",
-                name=mission.name,
-            )
-        return meant
+        return existing(
+            self.missions.by_name(self.c, mission.name),
+            "mission",
+            "the mission {name} is for one robot only, a group needs one for all robots",
+            name=mission.name,
+        )
 
     def has_generated_name(self, schedule: Schedule) -> bool:
         mission, target = self.the(Mission, schedule.mission_id), self.target_of(schedule)

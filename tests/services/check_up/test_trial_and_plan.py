@@ -197,7 +197,7 @@ def test_a_persons_pause_ends_it_and_stays(site, robot, stage, is_again):
                 c.operator.pause(robot.id)
 
     check_ups = c.check_ups
-    check_ups._clock = check_ups.trials._clock = RunningClock(site)
+    check_ups._clock = RunningClock(site)
     site.run(10)
     report = check_ups.run(robot.id, Trial("Deliver"), on_progress)
     assert pressed

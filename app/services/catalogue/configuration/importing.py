@@ -11,7 +11,7 @@ from typing import Any
 
 from app.domain import names
 from app.domain.message import Message, message
-from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
+from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, existing
 from app.services.catalogue import (
     group_edit,
     mission_edit,
@@ -287,11 +287,9 @@ class _Import:
         name = entry.get("name") or self._name_of_unnamed(target, values)
         self._taken.add(name)
         stored = stored or self._stored(name)
-        if stored is None:
-            defaults = {"name": name, "timezone": self._edit.settings.timezone}
-            saved = schedule_edit.save(self._edit, Schedule(**{**defaults, **values}))
-        else:
-            saved = schedule_edit.save(self._edit, replace(stored, **values))
+        defaults = {"name": name, "timezone": self._edit.settings.timezone}
+        entered = replace(stored, **values) if stored else Schedule(**{**defaults, **values})
+        saved = schedule_edit.save(self._edit, entered)
         if parameter_check.needs_check(saved, stored):
             self._to_check.append((item, saved))
         return import_lines.line("schedules", stored, saved, name=name)
@@ -304,10 +302,9 @@ class _Import:
             raise InvalidInput(f"{item.path}.robot", "{path}: name either a robot or a group", path=item.path)
         if "robot" in entry:
             return self._robot_named(entry["robot"], f"{item.path}.robot")
-        if group := edit.groups.by_name(edit.c, entry["group"]):
-            return group
-        path = f"{item.path}.group"
-        raise InvalidInput(path, "{path}: there is no group {name}", path=path, name=entry["group"])
+        path, name = f"{item.path}.group", entry["group"]
+        found = edit.groups.by_name(edit.c, name)
+        return existing(found, path, "{path}: there is no group {name}", path=path, name=name)
 
     def _name_of_unnamed(self, target: Robot | Group, values: dict[str, Any]) -> str:
         mission_id: int = values["mission_id"]
@@ -322,21 +319,18 @@ class _Import:
 
     # ------------------------------------------------------------------ names
     def _robot_named(self, name: str, path: str) -> Robot:
-        if robot := self._edit.robots.by_name(self._edit.c, name):
-            return robot
-        raise InvalidInput(
-            path, "{path}: there is no robot {name}, add it or write the name that it has now", path=path, name=name
+        return existing(
+            self._edit.robots.by_name(self._edit.c, name),
+            path,
+            "{path}: there is no robot {name}, add it or write the name that it has now",
+            path=path,
+            name=name,
         )
 
     def _mission_named(self, name: str, target: Robot | Group, path: str) -> Mission:
         missions, c = self._edit.missions, self._edit.c
-        if (
-            mission := missions.for_robot(c, name, target.id)
-            if isinstance(target, Robot)
-            else missions.by_name(c, name)
-        ):
-            return mission
-        raise InvalidInput(
+        return existing(
+            missions.for_robot(c, name, target.id) if isinstance(target, Robot) else missions.by_name(c, name),
             path,
             "{path}: there is no mission {name} for {robot}, add it or write the name that it has now",
             path=path,

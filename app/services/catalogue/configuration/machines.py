@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from app.domain.message import Message
-from app.domain.models import Fleet, InvalidInput, Robot
+from app.domain.models import Fleet, InvalidInput, Robot, existing
 from app.services.catalogue import fields, fleet_edit, robot_edit, validation
 from app.services.catalogue.configuration import import_lines
 from app.services.catalogue.configuration.document import Document
@@ -73,10 +73,12 @@ class Machines:
         robot_edit.save(self._edit, replace(robot, **item.changes), is_one_of_many=True)
 
     def _fleet_named(self, name: str, path: str) -> Fleet:
-        if fleet := self._edit.fleets.by_name(self._edit.c, name):
-            return fleet
-        raise InvalidInput(
-            path, "{path}: there is no fleet {name}, add it or write the name that it has now", path=path, name=name
+        return existing(
+            self._edit.fleets.by_name(self._edit.c, name),
+            path,
+            "{path}: there is no fleet {name}, add it or write the name that it has now",
+            path=path,
+            name=name,
         )
 
     # ------------------------------------------------------------------ compared
