@@ -14,6 +14,7 @@ from app.widgets.lanes_drawing import Box, Drawing
 from app.widgets.lanes_frame import AXIS, LEAST_LANE, Frame
 from app.widgets.places import places
 from app.widgets.rest import rest
+from app.widgets.scrolling import WHEEL, sideways
 
 SLOP = 12  # dp that a finger moves before it drags
 MOST_SEATS = 40  # of bars of a lane
@@ -34,7 +35,7 @@ class Lanes(Chart):
     A tap on a bar (or nearest within a fingertip) fires ``on_bar(key)``; one
     on closed time ``on_fold(hour)``; one on free time ``on_free(lane's key, hour)``; a finger that takes a
     bar to another time ``on_moved(key, hour)``, with ``time_text(hour)`` above it. ``on_window(first)`` is the first
-    hour after a finger has moved it; ``day_text`` of the first hour that is not folded is above the names. In a
+    hour after a finger or a wheel has moved it; ``day_text`` of the first hour that is not folded is above the names. In a
     page that scrolls, ``seen_from`` and ``seen_height`` (px from the top; 0: all) say which lanes need drawing, and
     where the axis is.
     """
@@ -78,8 +79,10 @@ class Lanes(Chart):
     def on_touch_down(self, touch):
         if super().on_touch_down(touch):
             return True  # a button on it
-        if self._drawing is None or self._touch or touch.is_mouse_scrolling or not self.collide_point(*touch.pos):
+        if self._drawing is None or self._touch or not self.collide_point(*touch.pos):
             return False
+        if touch.is_mouse_scrolling:
+            return self._turn(sideways(touch))
         if not places.misses(self, touch):
             touch.grab(self)
             self._touch, self._meant, self._was = touch, self._event_at(touch.ox, touch.oy), self.first
@@ -96,7 +99,7 @@ class Lanes(Chart):
             self._lift(dx)
         elif self.touched or abs(dx) >= max(dp(SLOP), abs(dy)):
             self.touched = True
-            self.first = self._drawing.frame.hour_at(self._drawing.frame.at(self._was) - dx)
+            self._go(self._was, -dx)
         return True
 
     def on_touch_up(self, touch):
@@ -119,6 +122,17 @@ class Lanes(Chart):
             rest.after_moving()  # a second tap at once is the same
             self.dispatch(*self._meant)
         return True
+
+    def _go(self, hour, far):
+        """To ``far`` px to the right of where that hour is the first."""
+        self.first = self._drawing.frame.hour_at(self._drawing.frame.at(hour) + far)
+
+    def _turn(self, notches) -> bool:
+        """A wheel is turned."""
+        if notches:
+            self._go(self.first, notches * dp(WHEEL))
+            self.dispatch("on_window", self.first)
+        return bool(notches)
 
     def _press_long(self, _dt):
         """Lift the bar under the finger, if that may be moved."""

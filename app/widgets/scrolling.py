@@ -1,5 +1,6 @@
 """Scrolling: a scroll view that handles touches as fingers expect, and a page of one column. No scroll view is inside another one."""
 
+from kivy.core.window import Window
 from kivy.effects.scroll import ScrollEffect
 from kivy.metrics import dp
 from kivy.properties import AliasProperty, NumericProperty, VariableListProperty
@@ -9,6 +10,16 @@ from app.widgets.around import around
 from app.widgets.places import places
 
 FAR = 1e6  # px, where nothing is
+WHEEL = 64  # dp that a notch of the wheel moves, about a row
+# how far to the right a notch leads; kivy names them after the way the content goes
+SIDEWAYS = {"scrollleft": 1, "scrollright": -1}
+WITH_SHIFT = {**SIDEWAYS, "scrollup": 1, "scrolldown": -1}
+
+
+def sideways(touch) -> int:
+    """1 for a wheel turned to the right, -1 to the left, or with shift down and up; otherwise 0."""
+    notches = WITH_SHIFT if "shift" in Window.modifiers else SIDEWAYS
+    return notches.get(touch.button, 0) if touch.is_mouse_scrolling else 0
 
 
 class CalmScroll(ScrollView):
@@ -25,7 +36,7 @@ class CalmScroll(ScrollView):
 
     def __init__(self, **kwargs):
         kwargs.setdefault("effect_cls", ScrollEffect)
-        kwargs.setdefault("scroll_wheel_distance", dp(64))  # about a row
+        kwargs.setdefault("scroll_wheel_distance", dp(WHEEL))
         kwargs.setdefault(
             "always_overscroll", False
         )  # content that fits is at the upper edge, ignoring the scroll position
@@ -46,7 +57,7 @@ class CalmScroll(ScrollView):
             self.scroll_y = 1
 
     def on_touch_down(self, touch):
-        if not self.do_scroll_y and self.collide_point(*touch.pos):
+        if (not self.do_scroll_y or sideways(touch)) and self.collide_point(*touch.pos):
             return self.simulate_touch_down(touch)  # at once: it can't become a drag
         if (
             self._touch

@@ -161,14 +161,16 @@ class Driver:
             touch.touch_up()
             self.advance(pause)
 
-    def wheel(self, widget: Widget, notches: int) -> None:
-        """Turn the mouse's wheel over the middle of ``widget``: by so many notches downwards, or upwards (< 0)."""
+    def wheel(self, widget: Widget, notches: int, *, sideways: bool = False) -> None:
+        """Turn the mouse's wheel over the middle of ``widget``: by so many notches downwards, or upwards (< 0); ``sideways`` to
+        the right, or to the left."""
         from kivy.tests.common import UnitTestTouch
 
         for _n in range(abs(notches)):
             touch = UnitTestTouch(*widget.to_window(*widget.center))
             touch.profile = [*touch.profile, "button"]
-            touch.button = "scrollup" if notches > 0 else "scrolldown"  # as kivy calls them, after what the page does
+            ways = ("scrollleft", "scrollright") if sideways else ("scrollup", "scrolldown")
+            touch.button = ways[notches < 0]  # as kivy calls them, after what the page does
             touch.touch_down()
             touch.touch_up()
             self.advance()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from kivy.metrics import sp
+from kivy.core.window import Window
+from kivy.metrics import dp, sp
 from kivy.uix.widget import Widget
 
 from app.screens.common.overlays import Dialogs
@@ -13,6 +14,7 @@ from app.widgets.chart import glyphs
 from app.widgets.lanes import LONG, Lanes
 from app.widgets.lanes_drawing import Drawing
 from app.widgets.places import STILL
+from app.widgets.scrolling import WHEEL
 from app.widgets.scrolling import CalmScroll as HoursPage
 from tests.ui.drawing import LANES, fingers, fired, instructions, put_down, textures
 
@@ -57,6 +59,23 @@ def test_a_finger_drags_the_hours_and_a_tap_after_it_still_hits(ui):
     ui.advance()
     ui.tap_at(88 + unit * 0.5, y)  # the bar from 1.5 to 3
     assert bars == [("b",)]
+
+
+@pytest.mark.parametrize("lanes", [2, 20], ids=["a page that fits", "a page that scrolls"])
+@pytest.mark.parametrize("with_shift", [False, True], ids=["a sideways wheel", "a wheel with shift"])
+def test_a_wheel_that_is_turned_sideways_goes_along_the_hours(ui, monkeypatch, lanes, with_shift):
+    rows = [Lane(f"Robot {n}", key=n) for n in range(lanes)]
+    chart = Lanes(lanes=rows, hours=24, size_hint_y=None, height=max(300, 60 * lanes))
+    page = HoursPage()
+    page.add_widget(chart)
+    ui.show(page, (800, 300))
+    monkeypatch.setattr(Window, "_modifiers", ["shift"] if with_shift else [])
+    calls, at = fired(chart, "on_window"), page.scroll_y
+    for notches in (2, -1):
+        ui.wheel(page, notches, sideways=not with_shift)
+    hour = dp(WHEEL) * 24 / (chart.right - chart.left_of(chart.first))
+    assert calls == [(pytest.approx(n * hour),) for n in (1, 2, 1)]
+    assert (chart.touched, page.scroll_y) == (False, at)
 
 
 def rest(ui, x, y):
