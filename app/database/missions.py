@@ -11,6 +11,7 @@ import json
 import sqlite3
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
+from itertools import groupby
 from math import ceil
 from statistics import median
 
@@ -175,3 +176,8 @@ class DurationRepository:
         )
         lasted = tuple(sorted(row[0] for row in rows))
         return DurationEstimate(median(lasted), lasted[ceil(0.9 * len(lasted)) - 1], lasted) if lasted else None
+
+    def usual_of_all(self, c: sqlite3.Connection) -> dict[str, float]:
+        """The median in seconds by the mission's guid, of its newest runs on all robots together."""
+        rows = c.execute("SELECT mission_guid, duration_s FROM run_durations ORDER BY mission_guid")
+        return {guid: median(row[1] for row in runs) for guid, runs in groupby(rows, key=lambda row: row[0])}

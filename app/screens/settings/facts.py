@@ -55,6 +55,7 @@ class SettingsFacts:
     robots: tuple[Robot, ...] = ()
     fleets: tuple[Fleet, ...] = ()
     missions: tuple[Mission, ...] = ()
+    usual_s: Mapping[str, float] = field(default_factory=dict)  # how long missions took, by guid; absent: never run
     schedules: tuple[Schedule, ...] = ()
     refused: frozenset[int] = frozenset()  # schedules whose values no robot takes
     groups: tuple[Group, ...] = ()
@@ -169,6 +170,7 @@ def read(services: SettingsServices) -> SettingsFacts:
         robots=robots,
         fleets=fleets,
         missions=tuple(catalogue.missions()),
+        usual_s=services.plan.usual_durations(),
         schedules=tuple(catalogue.schedules()),
         refused=frozenset(catalogue.refused()),
         groups=by_name(catalogue.groups()),

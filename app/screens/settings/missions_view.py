@@ -71,7 +71,8 @@ def mission_lines(facts: SettingsFacts, choice: Choice, most: int) -> list[Missi
         owner = facts.robot(mission.robot_id)
         searched = f"{mission.name} {mission.guid} {owner.name if owner else ''}".casefold()
         if all(word in searched for word in words) and not (choice.only_missing and not facts.robots_missing(mission)):
-            usual = formats.duration(mission.usual_minutes * 60) if mission.usual_minutes else "–"
+            seconds = facts.usual_s.get(mission.guid) or 60 * (mission.usual_minutes or 0)
+            usual = formats.duration(seconds) if seconds else "–"
             note = _("Only {robot}").format(robot=owner.name) if owner else ""
             cells = tuple(_cell(facts, mission, robots) for _head, robots in shown)
             lines.append(MissionLine(mission.id, mission.name, note, mission.favourite, usual, cells))

@@ -9,7 +9,7 @@ from itertools import chain, islice, takewhile
 
 from app.database.connection import Database
 from app.database.groups import GroupRepository
-from app.database.missions import MissionRepository
+from app.database.missions import DurationRepository, MissionRepository
 from app.database.robots import RobotRepository
 from app.database.schedules import ScheduleRepository, Skip
 from app.database.settings import SettingsRepository
@@ -87,6 +87,10 @@ class Plan:
         now = self._clock.now()
         names = {mission.name for mission in MissionRepository().all(self._db.read()) if mission.id in place.missions}
         return place_warning(self.between(now, now + WEEK).runs, place, names)
+
+    def usual_durations(self) -> dict[str, float]:
+        """By a mission's guid, in seconds, of those that have been run."""
+        return DurationRepository().usual_of_all(self._db.read())
 
     def skips(self) -> set[Skip]:
         """Future starts that a person has skipped; not those that were moved."""

@@ -58,6 +58,7 @@ def test_only_the_newest_twenty_durations_are_kept(db, ran):
     ran(8.0, mission_guid="other")
     ran(9.0, robot_id=3)  # which has been removed
     assert usual(db) == tuple(float(minutes) for minutes in range(5, 25))
+    assert DURATIONS.usual_of_all(db.read()) == {"guid": 14.0, "other": 8.0}
     assert (DURATIONS.usual(db.read(), 1, "guid").median_s, DURATIONS.usual(db.read(), 1, "guid").slow_s) == (
         14.5,
         22.0,

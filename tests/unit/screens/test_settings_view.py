@@ -247,11 +247,13 @@ def signs(line):
 
 
 def test_a_row_of_the_matrix_is_a_mission_with_its_usual_duration():
-    state = facts(missions=(replace(CHARGE, usual_minutes=84), COILS, DELIVER))
+    """As its runs took or, without any, as a person typed it."""
+    missions = (replace(CHARGE, usual_minutes=84), COILS, replace(DELIVER, usual_minutes=84))
+    state = facts(missions=missions, usual_s={DELIVER.guid: 300.0})
     assert [(row.name, row.note, row.favourite, row.usual) for row in lines(state)] == [
         ("Charge", "", True, "1 h 24 min"),
         ("Coils", "Only Sisu", False, "–"),
-        ("Deliver kits", "", False, "–"),
+        ("Deliver kits", "", False, "5 min"),
     ]
 
 
