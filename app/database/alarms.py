@@ -132,6 +132,10 @@ class AlarmRepository:
             (to_text(now), note, alarm_id),
         )
 
+    def unacknowledge(self, c: sqlite3.Connection, alarm_id: int) -> None:
+        """It stays acknowledged where the same alarm has come again and is open."""
+        c.execute("UPDATE OR IGNORE alarms SET acknowledged_at = NULL, note = '' WHERE id = ?", (alarm_id,))
+
     def shelve(self, c: sqlite3.Connection, alarm_id: int, until: datetime | None) -> None:
         """Hide it until then; None shows it again."""
         c.execute("UPDATE alarms SET shelved_until = ? WHERE id = ?", (to_optional_text(until), alarm_id))

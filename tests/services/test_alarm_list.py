@@ -121,6 +121,19 @@ def test_acknowledging_keeps_the_time_and_the_note_of_the_first(desk):
     assert desk.published == [Topic.ALARMS] * 4
 
 
+@pytest.mark.parametrize("comes_again", [False, True])
+def test_an_acknowledgement_is_undone_unless_the_alarm_has_come_again(desk, comes_again):
+    """Then that one counts, and is new."""
+    desk.alarms.raise_("app_was_off", "app")
+    alarm_id = desk.only().id
+    desk.alarms.acknowledge(alarm_id, "seen")
+    if comes_again:
+        desk.alarms.raise_("app_was_off", "app")
+    desk.alarms.unacknowledge(alarm_id)
+    assert (desk.only().id == alarm_id, desk.only().acknowledged_at, desk.only().note) == (not comes_again, None, "")
+    assert len(desk.alarms.past(9)[0]) == comes_again
+
+
 def test_a_note_is_as_long_as_a_note(desk):
     desk.alarms.raise_("clock_stepped", "clock", seconds=40)
     desk.alarms.acknowledge(desk.only().id, "x" * 5000)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from functools import partial
+from typing import Any
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
 
@@ -29,7 +30,6 @@ EMPTY: Mapping[str, Callable[[], str]] = {
     "past": lambda: _("No past alarms"),
 }
 Do = Callable[[Act, Any], object]
-T = TypeVar("T")
 
 
 class NoteSheet(Sheet):
@@ -101,7 +101,7 @@ class AlarmsModel(ViewModel):
         groups = {"open": lines, "shelved": off, "past": past}[self.tab]
         self.rows = [item for group in groups for item in self._items(group)]
         new = new_lines(lines) if self.tab == "open" else []
-        unseen = [alarm.id for group in new for alarm in group if is_unseen(alarm)]
+        unseen = [alarm_id for group in new for alarm_id in _unseen(group)]
         self.unseen = unseen if len(new) > 1 else []
         self.head = ngettext("{n} new", "{n} new", len(new)).format(n=len(new)) if new else ""
         if self.tab == "past" and self.rows:
@@ -163,9 +163,9 @@ class AlarmsModel(ViewModel):
                 items = menu_of_group(group)
                 self._shell.dialogs.menu(values[0], self._text_of(group), items, lambda key: self._chosen(group, key))
             case "unshelve":
-                self._for_each(group, lambda alarm: alarms.unshelve(alarm.id))
+                self._for_each([alarm.id for alarm in group], alarms.unshelve)
             case "acknowledge":
-                self.acknowledge([alarm.id for alarm in group if is_unseen(alarm)])
+                self.acknowledge(_unseen(group))
             case "reset":
                 self._reset(group[0])
             case "way" if way := way_to(group[0], self._robots):
@@ -184,8 +184,10 @@ class AlarmsModel(ViewModel):
             lambda problem: self._shell.say_not_done(problem, robot, _("Reset errors")),
         )
 
-    def acknowledge(self, ids: Sequence[int]) -> None:
-        self._for_each(ids, self._services.alarms.acknowledge)
+    def acknowledge(self, ids: Sequence[int], note: str = "") -> None:
+        alarms, n = self._services.alarms, len(ids)
+        said = ngettext("{n} alarm acknowledged", "{n} alarms acknowledged", n).format(n=n)
+        self._for_each(ids, lambda alarm_id: alarms.acknowledge(alarm_id, note), said, alarms.unacknowledge)
 
     def _chosen(self, group: Together, chosen: str | int) -> None:
         """In the menu of a row."""
@@ -195,25 +197,43 @@ class AlarmsModel(ViewModel):
 
             def done(*_args: object) -> None:
                 self._shell.sheets.close(sheet)
-                self._for_each(group, lambda alarm: alarms.acknowledge(alarm.id, sheet.note))
+                self.acknowledge(_unseen(group), sheet.note)
 
             sheet.bind(on_done=done)
             self._shell.sheets.show(sheet)
         else:
-            hours = int(chosen)
-            self._for_each(group, lambda alarm: alarms.shelve(alarm.id, hours))
+            hours, n = int(chosen), len(group)
+            said = ngettext("{n} alarm shelved", "{n} alarms shelved", n).format(n=n)
+            ids = [alarm.id for alarm in group]
+            self._for_each(ids, lambda alarm_id: alarms.shelve(alarm_id, hours), said, alarms.unshelve)
 
     def _text_of(self, group: Together) -> str:
         return group_text(group, self._settings, self._services.clock.now())
 
-    def _for_each(self, these: Iterable[T], work: Callable[[T], object]) -> None:
-        """Its effect is published on the bus."""
+    def _for_each(
+        self,
+        ids: Sequence[int],
+        work: Callable[[int], object],
+        said: str = "",
+        undo: Callable[[int], object] | None = None,
+    ) -> None:
+        """Its effect is published on the bus. What hides alarms is said, with ``undo``."""
 
-        def all_of_them() -> None:
-            for each in these:
-                work(each)
+        def done(_none: object) -> None:
+            if undo is not None and ids:
+                offered = partial(_each, ids, undo)
+                self._shell.offer_undo(said, offered, self.changed, about="alarms that were hidden")
 
-        self._shell.background.run(all_of_them, None, self._shell.say_problem)
+        self._shell.background.run(partial(_each, ids, work), done, self._shell.say_problem)
+
+
+def _unseen(group: Together) -> list[int]:
+    return [alarm.id for alarm in group if is_unseen(alarm)]
+
+
+def _each(ids: Iterable[int], work: Callable[[int], object]) -> None:
+    for alarm_id in ids:
+        work(alarm_id)
 
 
 class AlarmsScreen(ScreenBase):

@@ -230,6 +230,12 @@ class Alarms:
         log.info("alarm %d acknowledged%s", alarm_id, f": {note}" if note else "")
         self._changes.publish(Topic.ALARMS)
 
+    def unacknowledge(self, alarm_id: int) -> None:
+        """Undo that. If it has come again since, that one is to be acknowledged."""
+        self._db.write(lambda c: self._repository.unacknowledge(c, alarm_id))
+        log.info("alarm %d is unacknowledged again", alarm_id)
+        self._changes.publish(Topic.ALARMS)
+
     def shelve(self, alarm_id: int, hours: int) -> None:
         """Hide it for ``hours``, one of SHELF_HOURS."""
         self._shelve(alarm_id, self._clock.now() + timedelta(hours=hours))

@@ -21,7 +21,7 @@ from app.widgets.sheet import AskSheet
 from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.alarms.listed import open_list, press, row, silence, tab, wait_for_rows
-from tests.ui.integrator import go
+from tests.ui.integrator import go, undo
 
 
 # ---------------------------------------------------------------------- all of them
@@ -44,6 +44,9 @@ def test_one_press_acknowledges_all(app, alarms, ui):
     assert checks.problems(dialog) == []
     acknowledge_all(ui, 5)
     ui.wait(lambda: not unseen(alarms) and not dialog.vm.unseen)
+    ui.wait(lambda: app.shell.snackbars.texts == ["5 alarms acknowledged"])
+    undo(ui)
+    ui.wait(lambda: len(dialog.vm.unseen) == unseen(alarms) == 5)
 
 
 def test_an_alarm_that_just_came_is_not_acknowledged_unread(app, alarms, ui):
