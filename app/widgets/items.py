@@ -8,8 +8,7 @@ from typing import NamedTuple
 
 @dataclass(frozen=True)
 class Action:
-    """A button of a row. Without ``text`` it is an icon, without ``name`` only a word between two buttons. ``off`` says why it can't be
-    pressed, which the row shows."""
+    """A button of a row. Without ``text`` it is an icon. ``off`` says why it can't be pressed, which the row shows."""
 
     name: str
     text: str = ""

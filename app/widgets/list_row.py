@@ -11,7 +11,7 @@ from app.widgets.items import Item
 from app.widgets.lists import Row, RowPress
 from app.widgets.shapes import Colour
 from app.widgets.surfaces import CLEAR, Tap
-from app.widgets.text import Ico, Title
+from app.widgets.text import Ico
 from app.widgets.tokens import tk
 
 
@@ -34,10 +34,6 @@ class RowIcon(RowPress, IconButton):
     """A button with an icon only."""
 
 
-class RowWord(Title):
-    """A value between two buttons."""
-
-
 class RowActions(MDBoxLayout):
     """The buttons of a row; they stay while only their words change."""
 
@@ -47,12 +43,9 @@ class RowActions(MDBoxLayout):
     shared = BooleanProperty(False)  # equal buttons that share the width
 
     def on_actions(self, *_):
-        kinds = [RowWord if not action.name else RowButton if action.text else RowIcon for action in self.actions]
+        kinds = [RowButton if action.text else RowIcon for action in self.actions]
         for button, action in zip(refill(self, kinds, lambda kind: kind()), self.actions, strict=True):
-            if isinstance(button, RowWord):
-                button.text = action.text
-            else:
-                self._show(button, action)
+            self._show(button, action)
 
     on_over = on_actions
 

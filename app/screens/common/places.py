@@ -33,14 +33,14 @@ def place_option(place: Place) -> Option:
 
 
 def choose_place(shell: Shell, files: DataFiles, write: Callable[[Path], object]) -> None:
+    """Look for places first."""
+    shell.background.run(files.places, lambda places: write_to(shell, places, write), shell.say_problem)
+
+
+def write_to(shell: Shell, places: Sequence[Place], write: Callable[[Path], object]) -> None:
     """``write(directory)``; asks which directory if a stick or a share is present."""
-
-    def found(places: Sequence[Place]) -> None:
-        if len(places) == 1:
-            write(places[0].path)
-        else:
-            shell.dialogs.choose(
-                _("Where to?"), [place_option(place) for place in places], lambda path: write(Path(path))
-            )
-
-    shell.background.run(files.places, found, shell.say_problem)
+    if len(places) == 1:
+        write(places[0].path)
+    else:
+        options = [place_option(place) for place in places]
+        shell.dialogs.choose(_("Where to?"), options, lambda path: write(Path(path)))

@@ -14,9 +14,10 @@ from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.name_order import with_id
 from app.screens.settings import calendar_view as view
-from app.screens.settings.edit_sheet import EditSheet, delete
+from app.screens.settings.edit_sheet import EditSheet
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import ValuesPage
+from app.services.catalogue.edit import Removed
 from app.services.files.calendar_import import CalendarFile
 from app.services.planning import public_holidays
 from app.services.planning.working_days import Ground
@@ -203,9 +204,8 @@ class DaysSheet(EditSheet):
     at_once = ("name", "is_working", "first_day", "last_day", "yearly")
     fields = ("name", "first_day", "last_day")
 
-    def remove(self) -> None:
-        days, catalogue = self.it, self.context.services.catalogue
-        delete(self.context, days, lambda: catalogue.remove_days(days.id), view.removed_sentence(days))
+    def delete(self, it: DayException) -> Removed:
+        return self.context.services.catalogue.remove_days(it.id)
 
     def pick_first(self) -> None:
         """The number of days stays."""

@@ -203,7 +203,3 @@ def _left_out(why: LeftOut, n: int) -> str:
 def imported_sentence(added: Sequence[DayException]) -> str:
     n = days_in(added)
     return ngettext("{n} day off imported", "{n} days off imported", n).format(n=n)
-
-
-def removed_sentence(exception: DayException) -> str:
-    return _("{name} is no longer in the calendar").format(name=exception.name)

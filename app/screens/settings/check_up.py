@@ -23,7 +23,7 @@ from kivy.uix.widget import Widget
 from app.domain.check_up import Progress, Report, Trial
 from app.domain.models import Fleet, Robot
 from app.i18n import _
-from app.screens.common.places import choose_place
+from app.screens.common.places import write_to
 from app.screens.common.problems import words_of
 from app.screens.common.threads import Job
 from app.screens.settings import check_up_page
@@ -343,7 +343,7 @@ class CheckUp(EventDispatcher):
             name = f"check-up {report.robot}"
             context.run(lambda: files.write_text(text(report, zone), name, ending, directory), written, failed)
 
-        choose_place(context.shell, files, write)
+        context.run(files.places, lambda places: write_to(context.shell, places, write))
 
 
 class CheckUpSheet(SettingsSheet):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import fields, replace
+from functools import partial
 from typing import Any
 
 from kivy.properties import BooleanProperty, DictProperty, ObjectProperty
@@ -18,39 +19,6 @@ from app.screens.settings.view import NoticeView, went_wrong
 from app.services.catalogue.catalogue import Removed
 from app.widgets.items import Option
 from app.widgets.sheet import Sheet
-
-
-def delete_menu(context: PageContext, button: Widget, chosen: Callable[[], object]) -> None:
-    items = [Option("delete", _("Delete"), "delete-outline", tone="fault")]
-    context.shell.dialogs.menu(button, "", items, lambda _key: chosen())
-
-
-def ask_and_delete(context: PageContext, it: Any, work: Callable[[], Removed], question: str) -> None:
-    """Delete ``it``. If more goes with it, the ``question`` says what."""
-    if not question:
-        delete(context, it, work)
-        return
-    context.shell.sheets.ask(
-        _("Delete {name}?").format(name=it.name),
-        question,
-        _("Delete"),
-        lambda: delete(context, it, work),
-        _("Keep"),
-    )
-
-
-def delete(context: PageContext, it: Any, work: Callable[[], Removed], text: str = "") -> None:
-    """Delete ``it`` at once, close its sheet, and offer Undo."""
-    text = text or _("{name} deleted").format(name=it.name)
-
-    def deleted(what: Removed) -> None:
-        context.refresh()
-        context.offer_undo(text, lambda: context.services.catalogue.restore(what))
-
-    sheet = context.shell.sheets.top
-    if isinstance(sheet, EditSheet) and (type(sheet.stored), sheet.stored_id) == (type(it), it.id):
-        context.shell.sheets.close(sheet)
-    context.run(work, deleted)
 
 
 class SettingsSheet(Sheet):
@@ -73,6 +41,7 @@ class EditSheet(SettingsSheet):
     kind = ""  # what it is called in the facts
     fields: Collection[str] = ()  # that are refused here
     at_once: Collection[str] = ()
+    consequences: Collection[str] = ()  # what may change with what is entered
 
     def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
         self.context, self._first = context, it
@@ -100,9 +69,17 @@ class EditSheet(SettingsSheet):
         """It is saved: what ``Catalogue.change`` has to know beyond it."""
         return {}
 
-    def remove(self) -> None:
-        """Delete was chosen."""
+    def delete(self, it: Any) -> Removed:
+        """Delete ``it``, on another thread."""
         raise NotImplementedError
+
+    def question(self) -> str:
+        """What goes with it when it is deleted; empty: nothing."""
+        return ""
+
+    def more(self) -> list[Option]:
+        """What else its menu offers; the keys are what is done."""
+        return []
 
     def was_added(self, saved: Any) -> None:
         """A new one was saved, and the sheet is closed."""
@@ -143,7 +120,29 @@ class EditSheet(SettingsSheet):
         self.save()
 
     def on_dots(self, button: Widget) -> None:
-        delete_menu(self.context, button, self.remove)
+        delete = Option(self.remove, _("Delete"), "delete-outline", tone="fault")
+        self.context.shell.dialogs.menu(button, "", [*self.more(), delete], lambda act: act())
+
+    # ------------------------------------------------------------------ delete
+    def remove(self) -> None:
+        """Ask first if more goes with it."""
+        if question := self.question():
+            title = _("Delete {name}?").format(name=self.stored.name)
+            self.context.shell.sheets.ask(title, question, _("Delete"), self.remove_at_once, _("Keep"))
+        else:
+            self.remove_at_once()
+
+    def remove_at_once(self) -> None:
+        """With Undo."""
+        context, it = self.context, self.stored
+
+        def deleted(what: Removed) -> None:
+            context.refresh()
+            text = _("{name} deleted").format(name=it.name)
+            context.offer_undo(text, lambda: context.services.catalogue.restore(what))
+
+        context.shell.sheets.close(self)
+        context.run(lambda: self.delete(it), deleted)
 
     # ------------------------------------------------------------------ save
     def settled(self) -> Any:
@@ -154,8 +153,7 @@ class EditSheet(SettingsSheet):
     def keep(self) -> None:
         """Save what was changed of something that is stored, and nothing else of it."""
         if self.stored is not None and not self.saving and (settled := self.settled()) != self.stored:
-            stored, catalogue = self.stored, self.context.services.catalogue
-            self.store(lambda: catalogue.change(stored, settled), settled)
+            self.store(settled, is_kept=True)
 
     def when_kept(self, act: Callable[[], object]) -> None:
         """Now, or once what is saved at once is written: a finger that leaves a field for *Save* does both."""
@@ -169,51 +167,46 @@ class EditSheet(SettingsSheet):
 
     def _save(self) -> None:
         if not self.saving:
-            entered, stored, how, catalogue = self.entered(), self.stored, self.how(), self.context.services.catalogue
-            self.store(lambda: catalogue.change(stored, entered, **how))
+            self.store(self.entered(), **self.how())
 
-    def store(self, write: Callable[[], Any], kept: Any = None) -> None:
-        """``kept``: what is saved at once; without it the sheet closes."""
-        context, before, kind = self.context, self.stored, self.kind
-        change_back = context.services.catalogue.change_back
-        self.saving, self.outcome = kept is None, NoticeView()
-        if kept is not None:
-            self.stored = kept
+    def store(self, entered: Any, *, is_kept: bool = False, **how: Any) -> None:
+        """Save it; what ``is_kept`` is saved at once, otherwise the sheet closes. A change can be undone."""
+        context, before, kind, catalogue = self.context, self.stored, self.kind, self.context.services.catalogue
+        self.saving, self.outcome = not is_kept, NoticeView()
+        if is_kept:
+            self.stored = entered
             self._unwritten += 1
 
         def done(saved: Any) -> None:
-            if kept is None:
+            if not is_kept:
                 self.saving, self.stored = False, saved
                 context.shell.sheets.close(self)
-                said = _("{name} added") if before is None else _("{name} saved")
-                context.say(said.format(name=saved.name))
-            elif was := {name: getattr(before, name) for name in _differing(before, kept) & _differing(before, saved)}:
-                text = _("{name} saved").format(name=saved.name)
-                context.shell.offer_undo(
-                    text,
-                    lambda: change_back(replace(saved, **was), saved),
-                    context.refresh,
-                    behind="settings",
-                    about=self,
-                )
+            text = (_("{name} added") if before is None else _("{name} saved")).format(name=saved.name)
+            changed = before and _differing(before, saved) & {*_differing(before, entered), *self.consequences}
+            if changed:
+                was = replace(saved, **{name: getattr(before, name) for name in changed})
+                undo = partial(catalogue.change_back, was, saved)
+                context.shell.offer_undo(text, undo, context.refresh, behind="settings", about=self)
+            elif not is_kept:
+                context.say(text)
             context.was_saved(kind, saved)
             if before is None:
                 self.was_added(saved)
-            self._unwritten -= kept is not None
+            self._unwritten -= is_kept
             if self._waits is not None and not self._unwritten:
                 act, self._waits = self._waits, None
                 act()
 
         def not_done(problem: BaseException) -> None:
             """What is red stays, to be corrected."""
-            self._unwritten -= kept is not None
+            self._unwritten -= is_kept
             self._waits = None
             self.refuse(problem)
 
         context.change(
-            write,
+            lambda: catalogue.change(before, entered, **how),
             not_done,
-            shown=lambda facts: facts if kept is None else facts.having(kind, kept),
+            shown=lambda facts: facts.having(kind, entered) if is_kept else facts,
             done=done,
         )
 

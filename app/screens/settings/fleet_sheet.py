@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 from kivy.properties import ListProperty, StringProperty
-from kivy.uix.widget import Widget
 
 from app.domain.models import Fleet, FleetKind, InvalidInput, Robot
 from app.domain.robot import FleetIdentity, Vehicle
@@ -19,7 +18,7 @@ from app.screens.settings import fleets_view as view
 from app.screens.settings import removals
 from app.screens.settings.check_up import open_check_up, standing_of
 from app.screens.settings.connection_sheet import ConnectionSheet
-from app.screens.settings.edit_sheet import SettingsSheet, ask_and_delete
+from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView
 from app.services.catalogue.edit import Removed
@@ -76,14 +75,9 @@ class FleetSheet(ConnectionSheet):
             self.show_robots()
 
     # ------------------------------------------------------------------ menu
-    def on_dots(self, button: Widget) -> None:
-        fleet, context = self.stored, self.context
-        items = [
-            Option("robots", _("Robots of the fleet"), "robot-outline", disabled=fleet.needs_password),
-            Option("delete", _("Delete"), "delete-outline", tone="fault"),
-        ]
-        acts: dict[str, Callable[[], object]] = {"robots": self.show_robots, "delete": self.remove}
-        context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
+    def more(self) -> list[Option]:
+        word, is_off = _("Robots of the fleet"), self.stored.needs_password
+        return [Option(self.show_robots, word, "robot-outline", disabled=is_off)]
 
     def check_up(self) -> None:
         open_check_up(self.context, self.stored)
@@ -91,15 +85,14 @@ class FleetSheet(ConnectionSheet):
     def show_robots(self) -> None:
         self.context.shell.sheets.show(FleetRobotsSheet(self.context, self.stored))
 
-    def remove(self) -> None:
-        context, fleet = self.context, self.stored
+    def question(self) -> str:
+        return removals.fleet_question(self.context.facts, self.stored)
 
-        def work() -> Removed:
-            with suppress(RobotError, InvalidInput):  # then the removal says what is left there
-                context.services.fleet_check_ups.put_back(fleet.id)
-            return context.services.catalogue.remove_fleet(fleet.id)
-
-        ask_and_delete(context, fleet, work, removals.fleet_question(context.facts, fleet))
+    def delete(self, it: Fleet) -> Removed:
+        services = self.context.services
+        with suppress(RobotError, InvalidInput):  # then the removal says what is left there
+            services.fleet_check_ups.put_back(it.id)
+        return services.catalogue.remove_fleet(it.id)
 
 
 class FleetRobotsSheet(SettingsSheet):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,9 +10,10 @@ from kivy.properties import ListProperty, NumericProperty, StringProperty
 from app.domain.models import Group, InvalidInput
 from app.screens.settings import groups_view as view
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditSheet, ask_and_delete
+from app.screens.settings.edit_sheet import EditSheet
 from app.screens.settings.page import PageContext
 from app.services.catalogue import checks, validation
+from app.services.catalogue.edit import Removed
 
 
 class GroupSheet(EditSheet):
@@ -55,7 +55,7 @@ class GroupSheet(EditSheet):
         self.choose(members=tuple(robot.id for robot in self.context.facts.robots if robot.id in chosen))
 
     # ------------------------------------------------------------------ save, delete
-    def store(self, write: Callable[[], Any], kept: Any = None) -> None:
+    def store(self, entered: Any, **how: Any) -> None:
         """All errors are shown at once, each at its field."""
         group, is_complete = self.it, not self.ids.keep_free.outside
         for check in (lambda: checks.name(group.name), lambda: validation.group(replace(group, name="–"))):
@@ -65,16 +65,22 @@ class GroupSheet(EditSheet):
                 is_complete = False
                 self.refuse(problem)
         if is_complete:
-            super().store(write, kept)
+            super().store(entered, **how)
+
+    _waiting = 0  # starts for one of its robots
 
     def remove(self) -> None:
-        context, group = self.context, self.stored
-        context.run(
-            lambda: context.services.catalogue.waiting_for(group.id),
-            lambda waiting: ask_and_delete(
-                context,
-                group,
-                lambda: context.services.catalogue.remove_group(group.id),
-                removals.group_question(context.facts, group, waiting),
-            ),
-        )
+        """Once it is known what waits for it."""
+        group, catalogue, ask = self.stored, self.context.services.catalogue, super().remove
+
+        def counted(waiting: int) -> None:
+            self._waiting = waiting
+            ask()
+
+        self.context.run(lambda: catalogue.waiting_for(group.id), counted)
+
+    def question(self) -> str:
+        return removals.group_question(self.context.facts, self.stored, self._waiting)
+
+    def delete(self, it: Group) -> Removed:
+        return self.context.services.catalogue.remove_group(it.id)

@@ -78,21 +78,17 @@ def most_kept_free(members: int) -> int:
 
 # ---------------------------------------------------------------------- places
 def place_items(facts: SettingsFacts, chosen: int | None = None) -> list[Item]:
-    """Places with a stepper, then the positions that may become one."""
+    """Places, with how many robots each takes, then the positions that may become one."""
     icon = "map-marker-outline"
     places = [
         Item(
             place.id,
             place.name,
             missions_phrase(facts, place.missions),
+            str(place.most),
             icon=icon,
             look="chosen" if place.id == chosen else "plain",
-            actions=(
-                Action("fewer", icon="minus", style="outlined", off="" if place.most > 1 else _("1 or more")),
-                Action("", str(place.most)),
-                Action("more", icon="plus", style="outlined"),
-                Action("dots", icon="dots-vertical"),
-            ),
+            actions=(Action("open", icon="chevron-right"),),
         )
         for place in facts.places
     ]

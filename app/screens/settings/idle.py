@@ -132,7 +132,7 @@ class IdlePage(SettingsPage):
     def _refuse(self, robot: Robot, why: str) -> None:
         """Shown as a message too if the user has moved on."""
         self._show_problem(robot, why)
-        if not self.is_on_screen:
+        if self.context.is_late:
             self.context.shell.snackbars.show(
                 f"{robot.name}: {why}", icon="alert-circle-outline", seconds=PROBLEM_SECONDS
             )

@@ -23,7 +23,7 @@ from app.domain.robot import MissionInfo
 from app.i18n import _, ngettext
 from app.screens.common.robot_appearance import robot_option
 from app.screens.settings import removals
-from app.screens.settings.edit_sheet import EditSheet, ask_and_delete, delete_menu
+from app.screens.settings.edit_sheet import EditSheet
 from app.screens.settings.missions_view import (
     Cell,
     Choice,
@@ -39,7 +39,7 @@ from app.screens.settings.page import PageContext, SettingsPage
 from app.screens.settings.places import PlacesBox, PlacesPart
 from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue import mission_edit
-from app.services.catalogue.catalogue import Edit
+from app.services.catalogue.catalogue import Edit, Removed
 from app.widgets.children import refill
 from app.widgets.display import SectionCard
 from app.widgets.items import Option
@@ -48,11 +48,11 @@ from app.widgets.surfaces import Tap
 from app.widgets.text import Txt
 
 SEARCH_FROM = 8  # missions
-NAMES, COLUMN = 360, 72  # sp: all but the columns of robots, and one of these
+NAMES, COLUMN = 324, 72  # sp: all but the columns of robots, and one of these
 
 
 class MissionRow(Row, Tap):
-    """A mission. Actions: "favourite" (with the wanted state), "open" (a tap), "dots" (with the button)."""
+    """A mission. Actions: "favourite" (with the wanted state), "open" (a tap)."""
 
 
 class MissionCell(Txt):
@@ -195,10 +195,8 @@ class MissionsPage(SettingsPage):
             return
         if action == "favourite":
             self._mark(mission_id, values[0])
-        elif action == "open":
-            self.context.shell.sheets.show(MissionSheet(self.context, mission))
         else:
-            delete_menu(self.context, values[0], lambda: remove(self.context, mission))
+            self.context.shell.sheets.show(MissionSheet(self.context, mission))
 
     def add(self) -> None:
         self.context.shell.sheets.show(MissionSheet(self.context))
@@ -239,17 +237,12 @@ class MissionsPage(SettingsPage):
     def _not_fetched(self, robot: Robot, problem: BaseException) -> None:
         self.vm.fetching = False
         self.vm.outcome = went_wrong(problem)
-        if not self.is_on_screen:
+        if self.context.is_late:
             self.context.shell.say_not_done(problem, robot, _("Fetch missions"))
 
     def _fetched(self, robot: Robot, found: Sequence[MissionInfo]) -> None:
-        """If the user has left the page, a message says that nothing was added."""
         self.vm.fetching = False
         self.vm.outcome = NoticeView()
-        if not self.is_on_screen:
-            said = _("No mission of {robot} was added, as the page was left").format(robot=robot.name)
-            self.context.say(said, "information-outline")
-            return
         offered = offers(found, self.context.facts.missions, robot.id)
         if sentence := fetched_sentence(offered, robot):
             self.vm.outcome = done(sentence) if offered else NoticeView(sentence, tone="attention", icon="alert")
@@ -314,14 +307,8 @@ class MissionSheet(EditSheet):
             selected=self.it.robot_id or 0,
         )
 
-    def remove(self) -> None:
-        remove(self.context, self.stored)
+    def question(self) -> str:
+        return removals.mission_question(self.context.facts, self.stored)
 
-
-def remove(context: PageContext, mission: Mission) -> None:
-    ask_and_delete(
-        context,
-        mission,
-        lambda: context.services.catalogue.remove_mission(mission.id),
-        removals.mission_question(context.facts, mission),
-    )
+    def delete(self, it: Mission) -> Removed:
+        return self.context.services.catalogue.remove_mission(it.id)

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from datetime import date, datetime
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 from zoneinfo import ZoneInfo
 
@@ -16,6 +17,7 @@ from kivy.uix.boxlayout import BoxLayout
 
 from app.database.errors import DatabaseError
 from app.domain.models import InvalidInput, Settings
+from app.i18n import _
 from app.mir.errors import RobotError
 from app.screens.common.problems import sentence_of
 from app.screens.common.shell import Shell
@@ -35,23 +37,29 @@ T = TypeVar("T")
 EXPECTED = (InvalidInput, RobotError, DatabaseError)  # each has its sentence; other errors are logged too
 
 
-class _DialogsWhile:
-    """The window's dialogs, which open only while Settings is shown: a late answer of a robot or the disk must not ask
-    on another screen, without the PIN."""
+class _InTime:
+    """The window's dialogs or sheets. What a late answer of a robot or the disk would ask on another page, or without the PIN on another
+    screen, is not asked, and a message says so."""
 
-    def __init__(self, is_shown: Callable[[], bool], dialogs: object) -> None:
-        self._is_shown, self._dialogs = is_shown, dialogs
+    OPENS = ("ask", "choose", "choose_many", "over", "show")
+
+    def __init__(self, context: PageContext, those: object) -> None:
+        self._context, self._those = context, those
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._dialogs, name) if self._is_shown() else lambda *_args, **_named: None
+        return self._say if name in self.OPENS and self._context.is_late else getattr(self._those, name)
+
+    def _say(self, asked: Any, *_args: Any, **_named: Any) -> None:
+        what = asked if isinstance(asked, str) else asked.title
+        self._context.say(_("Not asked, as the page was left: {what}").format(what=what), "information-outline")
 
 
 class PageContext:
     """What every section works with: the services, the window, the latest facts, and a way to run work in the
     background.
 
-    ``refresh()`` reads the facts again, and drops the present reading, which may be outdated. ``is_shown`` says whether
-    Settings is shown, ``show()`` shows the facts.
+    ``refresh()`` reads the facts again, and drops the present reading, which may be outdated. ``show()`` shows the facts. ``is_late``: what
+    is called now was begun on a page that was left since.
     """
 
     def __init__(
@@ -59,19 +67,19 @@ class PageContext:
         services: SettingsServices,
         shell: Shell,
         refresh: Callable[[], object],
-        is_shown: Callable[[], bool],
         show: Callable[[], object],
     ) -> None:
-        self.services, self.refresh = services, refresh
-        self.shell = replace(shell, dialogs=cast(Any, _DialogsWhile(is_shown, shell.dialogs)))
+        self.services, self.refresh, self.show = services, refresh, show
+        asking = {name: _InTime(self, getattr(shell, name)) for name in ("dialogs", "sheets")}
+        self.shell = replace(shell, **cast(Any, asking))
         self.facts = self._known = SettingsFacts()  # as they are shown; as they are stored
-        self.is_shown, self.show = is_shown, show
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
         self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
         self._unwritten: list[Callable[[SettingsFacts], SettingsFacts]] = []  # how each change is shown
         self._last_written = threading.Event()  # the change before
         self._last_written.set()
         self._pages_left = 0
+        self.is_late = False
 
     def now(self) -> datetime:
         return self.services.clock.now()
@@ -92,12 +100,21 @@ class PageContext:
         """Run ``work`` on another thread, then ``done(result)`` or ``failed(exception)`` on the UI thread; without ``failed`` a snackbar
         shows the problem. Of several runs with one ``key`` only the newest delivers."""
 
+        page = self._pages_left
+
+        def tell(call: Callable[[Any], object], said: Any) -> None:
+            self.is_late = page != self._pages_left
+            try:
+                call(said)
+            finally:
+                self.is_late = False
+
         def not_done(problem: BaseException) -> None:
             if not isinstance(problem, EXPECTED):
                 log.error("work for Settings failed", exc_info=problem)
-            (failed or self.shell.say_problem)(problem)
+            tell(failed or self.shell.say_problem, problem)
 
-        return self.shell.background.run(work, done, not_done, key=key, apart=apart)
+        return self.shell.background.run(work, done and partial(tell, done), not_done, key=key, apart=apart)
 
     def change(
         self,
@@ -110,7 +127,6 @@ class PageContext:
         """Make a change after those before it, ``done(its result)``, then read the facts again. Until it is written they
         are ``shown(facts)``, and the next choice starts from that. Errors are also shown as a message if the page has been
         left. ``undo``: what has happened, and how to take it back."""
-        page = self._pages_left
         before, written = self._last_written, threading.Event()
         self._last_written = written
 
@@ -137,7 +153,7 @@ class PageContext:
             if failed is not None:
                 failed(problem)
             ended(self._known)
-            if failed is None or page != self._pages_left:
+            if failed is None or self.is_late:
                 self.shell.say_problem(problem)
 
         self._unwritten.append(shown)
@@ -214,10 +230,6 @@ class SettingsPage(BoxLayout):
     def is_busy(self) -> bool:
         """Whether something is under way whose end it has to show."""
         return False
-
-    @property
-    def is_on_screen(self) -> bool:
-        return self.context.is_shown() and self.get_parent_window() is not None
 
     def reached(self, **intent: Any) -> None:
         """The section was opened, with what ``shell.go`` was given (``add=True``, ``robot_id=3``)."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -15,18 +14,14 @@ from app.domain.models import Place
 from app.domain.names import LONGEST
 from app.i18n import _
 from app.screens.settings import groups_view as view
-from app.screens.settings.edit_sheet import EditSheet, delete, delete_menu
+from app.screens.settings.edit_sheet import EditSheet
 from app.screens.settings.page import PageContext
+from app.services.catalogue.edit import Removed
 from app.services.planning.planned import Conflict
 from app.widgets.display import SectionCard
 from app.widgets.items import Option
 
 USUAL_MOST = 1  # as the word says; its help explains larger numbers
-STEPS = {"fewer": -1, "more": 1}
-
-
-def remove(context: PageContext, place: Place) -> None:
-    delete(context, place, lambda: context.services.catalogue.remove_place(place.id))
 
 
 class PlacesBox(SectionCard):
@@ -50,19 +45,12 @@ class PlacesPart(EventDispatcher):
         self.items = view.place_items(facts, chosen)
 
     # ------------------------------------------------------------------ what is pressed
-    def act(self, key: int | str, action: str, *values: Any) -> None:
+    def act(self, key: int | str, action: str, *_values: Any) -> None:
         """On the row of a place (key: its id), or of a position that is proposed (its guid)."""
-        facts = self._context.facts
         if isinstance(key, str):
             self._answer(key, action)
-        elif (place := facts.place(key)) is None:
-            return
-        elif action == "open":
+        elif place := self._context.facts.place(key):
             self._open(place)
-        elif action == "dots":
-            delete_menu(self._context, values[0], lambda: remove(self._context, place))
-        else:
-            self._step(place, max(1, place.most + STEPS[action]))
 
     def add(self) -> None:
         self._open(Place("", USUAL_MOST))
@@ -73,12 +61,6 @@ class PlacesPart(EventDispatcher):
             "With 1, a place is empty while the next robot drives up. 2 or 3 keep it in use."
         )
         self._context.shell.dialogs.explain(button, _("Robots at a time"), words)
-
-    def _step(self, place: Place, most: int) -> None:
-        stepped, catalogue = replace(place, most=most), self._context.services.catalogue
-        self._context.change(
-            lambda: catalogue.change(place, stepped), shown=lambda facts: facts.having("places", stepped)
-        )
 
     def _answer(self, position: str, action: str) -> None:
         """To what is proposed."""
@@ -106,8 +88,8 @@ class PlaceSheet(EditSheet):
     missions = StringProperty()
     warning = StringProperty()  # that it will be wanted too much
 
-    def remove(self) -> None:
-        remove(self.context, self.it)
+    def delete(self, it: Place) -> Removed:
+        return self.context.services.catalogue.remove_place(it.id)
 
     def on_it(self, *_args: Any) -> None:
         place, facts, plan = self.it, self.context.facts, self.context.services.plan

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from kivy.properties import BooleanProperty, ListProperty, StringProperty
-from kivy.uix.widget import Widget
 
 from app.domain import names
 from app.domain.models import Connection, Fleet, Group, InvalidInput, Robot
@@ -20,12 +20,11 @@ from app.mir.errors import AnotherRobot, SerialNumberHidden
 from app.screens.settings import removals, trust_view, view
 from app.screens.settings.check_up import open_check_up
 from app.screens.settings.connection_sheet import ConnectionSheet
-from app.screens.settings.edit_sheet import ask_and_delete
 from app.screens.settings.groups_view import hand_over_names
 from app.screens.settings.page import PageContext
 from app.screens.settings.view import NoticeView
 from app.services.catalogue import group_edit, validation
-from app.services.catalogue.edit import Edit
+from app.services.catalogue.edit import Edit, Removed
 from app.widgets.items import Option
 
 
@@ -84,29 +83,20 @@ class RobotSheet(ConnectionSheet):
         self.show_facts()
 
     # ------------------------------------------------------------------ menu
-    def on_dots(self, button: Widget) -> None:
-        robot, go = self.stored, self.context.shell.go
-        check_up = Option("check up", _("Check up"), "clipboard-check-outline")
-        items = [
-            *([check_up] if robot.fleet is None else []),  # others are checked up with their fleet
-            Option("fetch", _("Fetch missions"), "download-outline", disabled=not robot.enabled),
-            Option("delete", _("Delete"), "delete-outline", tone="fault"),
-        ]
-        acts: dict[str, Callable[[], object]] = {
-            "check up": lambda: open_check_up(self.context, robot),
-            "fetch": lambda: go("settings", section="missions", fetch_from=robot.id),
-            "delete": self.remove,
-        }
-        self.context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
-
-    def remove(self) -> None:
+    def more(self) -> list[Option]:
         context, robot = self.context, self.stored
-        ask_and_delete(
-            context,
-            robot,
-            lambda: context.services.catalogue.remove_robot(robot.id),
-            removals.robot_question(context.facts, robot),
-        )
+        check_up = Option(lambda: open_check_up(context, robot), _("Check up"), "clipboard-check-outline")
+        fetch = partial(context.shell.go, "settings", section="missions", fetch_from=robot.id)
+        return [
+            *([check_up] if robot.fleet is None else []),  # others are checked up with their fleet
+            Option(fetch, _("Fetch missions"), "download-outline", disabled=not robot.enabled),
+        ]
+
+    def question(self) -> str:
+        return removals.robot_question(self.context.facts, self.stored)
+
+    def delete(self, it: Robot) -> Removed:
+        return self.context.services.catalogue.remove_robot(it.id)
 
     # ------------------------------------------------------------------ groups, idle automation
     def pick_groups(self) -> None:

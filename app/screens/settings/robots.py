@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from kivy.event import EventDispatcher
@@ -93,16 +92,11 @@ class RobotsPage(SettingsPage):
             self.open(None)
             return
         items = [
-            Option("robot", _("Add robot"), "robot-outline"),
-            Option("fleet", _("Add fleet"), FLEET_ICON),
-            Option("find", _("Find robots"), "radar"),
+            Option(lambda: self.open(None), _("Add robot"), "robot-outline"),
+            Option(lambda: self.open(("fleet", None)), _("Add fleet"), FLEET_ICON),
+            Option(self.find, _("Find robots"), "radar"),
         ]
-        acts: dict[str, Callable[[], object]] = {
-            "robot": lambda: self.open(None),
-            "fleet": lambda: self.open(("fleet", None)),
-            "find": self.find,
-        }
-        self.context.shell.dialogs.menu(button, "", items, lambda key: acts[key]())
+        self.context.shell.dialogs.menu(button, "", items, lambda act: act())
 
     def find(self) -> None:
         def add(address: str, name: str) -> None:

@@ -69,15 +69,6 @@ class SchedulerPage(ValuesPage):
         self._count = self.context.run(lambda: catalogue.runs_beyond(runs), counted, key="history_limit")
 
     def _ask_to_delete(self, surplus: int, limit: int) -> None:
-        """If Settings has been left, a message says that nothing was deleted."""
-        if not self.context.is_shown():
-            said = ngettext(
-                "Not changed: {n} run of the history would be deleted",
-                "Not changed: {n} runs of the history would be deleted",
-                surplus,
-            )
-            self.context.say(said.format(n=formats.count(surplus)), "information-outline")
-            return
         self.context.shell.sheets.ask(
             ngettext("Delete {n} run of the history?", "Delete {n} runs of the history?", surplus).format(
                 n=formats.count(surplus)

@@ -86,7 +86,7 @@ class SettingsViewModel(Fires, ViewModel):
         super().__init__()
         self._services, self._shell = services, shell
         self._refresher: Refresher[SettingsFacts] = Refresher(shell, lambda: lambda: read(services), self._take)
-        self.context = PageContext(services, shell, self._refresher.reread, lambda: self.is_open, self.show)
+        self.context = PageContext(services, shell, self._refresher.reread, self.show)
         self._given = MissionNameLookup(services.robot_missions, services.clock, shell, self._refresher.request)
         self.has_facts = False  # nothing is shown before the first reading: defaults would look like settings
         self._waiting: list[Callable[[], object]] = []  # for the first facts of this visit

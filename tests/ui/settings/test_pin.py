@@ -11,8 +11,8 @@ from app.domain.clock import SystemClock
 from app.domain.models import Robot
 from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.presses import DOUBLE_TAP
-from app.screens.settings.edit_sheet import delete
 from app.screens.settings.gate import LEFT_ALONE_S
+from app.screens.settings.robot_sheet import RobotSheet
 from app.services.live.access import TRIES, WAIT_S
 from app.widgets.buttons import CommandButton, IconButton
 from app.widgets.choices import ChoiceSheet
@@ -24,7 +24,7 @@ from app.widgets.tokens import tk
 from tests.ui import checks
 from tests.ui.alarms.listed import open_list, row, wait_for_rows
 from tests.ui.alarms.listed import press as press_row
-from tests.ui.integrator import choose, go, item_of, open_row, says, section_row, section_rows, undo
+from tests.ui.integrator import choose, go, item_of, open_row, page, says, section_row, section_rows, undo
 
 F1, TAB = 282, 9
 
@@ -327,8 +327,7 @@ def test_a_failed_undo_stays_behind_the_pin(site, app, ui):
     unlock(ui, app)
     go(ui, "robots")
     ui.wait(lambda: item_of(ui, "Aino"))
-    context = app.shell.navigator.screen("settings").vm.context
-    delete(context, stored, lambda: site.container.catalogue.remove_robot(stored.id), "Aino deleted")
+    RobotSheet(page(app).context, stored).remove_at_once()
     ui.wait(lambda: app.shell.snackbars.texts == ["Aino deleted"])
     site.container.catalogue.save_robot(aino, "distributor")  # its name is taken
     ui.tap(ui.find(NavItem, name="home"))

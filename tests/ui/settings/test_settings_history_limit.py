@@ -46,7 +46,8 @@ def test_leaving_before_the_question_says_that_nothing_is_deleted(site, app, ui)
     go(ui, "scheduler")
     ui.find(SchedulerPage).keep(2)
     app.shell.go("home")
-    ui.wait(lambda: "Not changed: 1 run of the history would be deleted" in app.shell.snackbars.texts)
+    said = "Not asked, as the page was left: Delete 1 run of the history?"
+    ui.wait(lambda: said in app.shell.snackbars.texts)
     assert not ui.find_all(AskSheet)
     assert settings(site).history_limit == 100_000
 

@@ -14,11 +14,10 @@ from app.widgets.buttons import CommandButton, IconButton, MenuChip, Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.display import Notice
 from app.widgets.fields import Field, PickBox, SearchField
-from app.widgets.menu import MenuRow
 from app.widgets.rest import DOUBLE_TAP
 from app.widgets.sheet import AskSheet
 from app.window.key_focus import ESCAPE
-from tests.ui.integrator import enter, go, item_of, missions, page, press, says, section_row, undo
+from tests.ui.integrator import choose, enter, go, item_of, missions, page, press, says, section_row, undo
 from tests.ui.whole_app import GUIDS
 
 
@@ -90,7 +89,7 @@ def test_on_another_page_it_is_said_that_no_mission_was_added(site, app, ui):
     go(ui, "missions")
     ask(ui, "Aino")
     go(ui, "about")
-    ui.wait(lambda: app.shell.snackbars.texts == ["No mission of Aino was added, as the page was left"])
+    ui.wait(lambda: app.shell.snackbars.texts == ["Not asked, as the page was left: Missions of Aino"])
     assert app.shell.dialogs.top is None
     go(ui, "missions")
     site.fleet.robots[0].control({"fault": None})
@@ -248,11 +247,11 @@ def test_a_late_save_closes_its_own_sheet_alone(site, app, ui, monkeypatch):
     assert app.shell.sheets.top is another
 
 
-def dots(ui, mission: str) -> None:
-    """Delete, in the menu of a row."""
-    ui.tap(ui.find(IconButton, ui.find(MissionRow, name=mission), icon="dots-vertical"))
-    ui.wait(lambda: ui.find_all(MenuRow, text="Delete"))
-    ui.tap(ui.find(MenuRow, text="Delete"))
+def delete(ui, app, mission: str) -> None:
+    """In the menu of its sheet."""
+    key = next(row.key for row in page(app).vm.rows if row.name == mission)
+    page(app).act(key, "open")
+    choose(ui, "Delete", ui.find(MissionSheet))
 
 
 def test_a_star_stays_in_its_place_and_a_deleted_mission_comes_back(site, app, ui):
@@ -261,8 +260,7 @@ def test_a_star_stays_in_its_place_and_a_deleted_mission_comes_back(site, app, u
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 2)
     ui.tap(ui.find(IconButton, ui.find(MissionRow, name="Home"), icon="star-outline"))
     ui.wait(lambda: [(row.name, row.favourite) for row in page(app).vm.rows] == [("Deliver", False), ("Home", True)])
-    page(app).act(page(app).vm.rows[1].key, "open")
-    dots(ui, "Home")
+    delete(ui, app, "Home")
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Deliver"] and not ui.find_all(MissionSheet))
     ui.wait(lambda: says(ui, "Home deleted"))
     undo(ui)
@@ -296,7 +294,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     catalogue.change_idle_rule(aino.id, mission_id=deliver.id)
     go(ui, "missions")
     ui.wait(lambda: [row.name for row in page(app).vm.rows] == ["Deliver", "Home"])
-    dots(ui, "Deliver")
+    delete(ui, app, "Deliver")
     question = ui.find(AskSheet)
     assert question.title == "Delete Deliver?"
     assert question.text.splitlines() == [
@@ -309,7 +307,7 @@ def test_a_mission_that_more_goes_with_is_deleted_once_that_was_asked(site, app,
     ui.wait(lambda: app.shell.background.idle)
     assert len(missions(site)) == 2
     ui.advance(DOUBLE_TAP)
-    dots(ui, "Deliver")
+    choose(ui, "Delete", ui.find(MissionSheet))
     press(ui, "Delete", ui.find(AskSheet))
     ui.wait(lambda: [mission.name for mission in missions(site)] == ["Home"])
     ui.wait(lambda: len(ui.find_all(MissionRow)) == 1)
@@ -361,7 +359,7 @@ def test_an_undo_that_is_refused_says_why_and_can_be_pressed_again(site, app, ui
     (deliver,) = site.add_missions("Deliver")
     go(ui, "missions")
     ui.wait(lambda: ui.find_all(MissionRow))
-    dots(ui, "Deliver")
+    delete(ui, app, "Deliver")
     ui.wait(lambda: says(ui, "Deliver deleted"))
     other = site.container.catalogue.save_mission(Mission("Deliver", "other"))
     undo(ui)

@@ -8,11 +8,12 @@ from threading import Event
 import pytest
 
 from app.database.errors import DatabaseUnavailable
-from app.domain.models import Connection
+from app.domain.models import Connection, Group
 from app.mir.errors import TimedOut
 from app.screens.settings import screen as settings_module
 from app.screens.settings.facts import read
 from app.screens.settings.missions import MissionRow, MissionSheet
+from app.services.planning import public_holidays
 from app.widgets.buttons import CommandButton, Segment, Toggle
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field
@@ -248,3 +249,44 @@ def test_an_unwritten_choice_stays_whatever_is_read(site, app, ui, monkeypatch):
     go_on.set()
     ui.wait(lambda: says(ui, "The disk is full"))
     assert ui.find(Segment, text="Mon").selected
+
+
+@pytest.mark.parametrize(
+    ("screen", "section"), [("home", {}), ("settings", {"section": "about"})], ids=["home", "section"]
+)
+@pytest.mark.parametrize("asks", ["Public holidays", "1 change", "Delete Hall 1?"])
+def test_what_would_be_asked_too_late_is_not_and_that_is_said(
+    site, app, ui, monkeypatch, tmp_path, asks, screen, section
+):
+    """On another screen it would be asked without the PIN."""
+    robots_, go_on, container = site.add_robots(), Event(), site.container
+    group = container.catalogue.save_group(Group("Hall 1", tuple(robot.id for robot in robots_)))
+    file = container.files.export_configuration(str(tmp_path / "site.json"))
+    container.catalogue.change_settings(poll_interval_seconds=7)
+
+    def late(of, name):
+        work = getattr(of, name)
+        monkeypatch.setattr(of, name, lambda *args: go_on.wait(30) and work(*args))
+
+    if asks == "Public holidays":
+        go(ui, "constraints")
+        late(public_holidays, "countries")
+        page(app).calendar.choose_country()
+    elif asks == "1 change":
+        go(ui, "data")
+        late(container.files, "preview_import")
+        page(app).import_configuration()
+        sheet = app.shell.sheets.top
+        sheet.file, sheet.typed = str(file), True
+        sheet.dispatch("on_done")
+    else:
+        go(ui, "robots")
+        late(container.catalogue, "waiting_for")
+        ui.wait(lambda: page(app).parts)
+        page(app).turn_to("groups")
+        page(app).open(group.id)
+        app.shell.sheets.top.remove()
+    app.shell.go(screen, **section)
+    go_on.set()
+    ui.wait(lambda: app.shell.snackbars.texts == [f"Not asked, as the page was left: {asks}"])
+    assert (app.shell.sheets.top, app.shell.sheets.picker) == (None, None)
