@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any, TypeGuard
 
 from app.domain import names
@@ -81,13 +82,10 @@ def _rendered(what: object, translate: Callable[[str], str]) -> str:
     params = _Params(
         {name: _in_words(value, translate) for name, value in values.items()} if isinstance(values, Mapping) else {}
     )
-    for text in (translate(msgid), msgid):  # the second for a translation with a wrong placeholder
-        if not _PLACEHOLDERS.fullmatch(text):
-            continue
-        try:
+    text = translate(msgid)
+    if _PLACEHOLDERS.fullmatch(text):
+        with suppress(ValueError, TypeError, LookupError, AttributeError):
             return text.format_map(params)
-        except (ValueError, TypeError, LookupError, AttributeError):
-            continue
     return str(msgid)  # a sentence given whole, with braces of its own
 
 

@@ -319,9 +319,6 @@ class Settings:
     def poll_interval(self) -> timedelta:
         return timedelta(seconds=self.poll_interval_seconds)
 
-    def is_working_day(self, day: date) -> bool:
-        return WEEKDAYS[day.weekday()] in self.working_days
-
 
 @dataclass(frozen=True)
 class DayException:

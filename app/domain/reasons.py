@@ -284,11 +284,7 @@ def _filled_in(
         (text for needed, text in templates if all(name in known or _is_flag(name, details, text) for name in needed)),
         templates[-1][1],
     )
-    translated = translate(text)
-    try:
-        return translated.format(**known)
-    except (KeyError, IndexError, ValueError, AttributeError):  # a translation with a wrong placeholder
-        return text.format(**known) if text != translated else text
+    return translate(text).format_map(writing.Dashes(known))
 
 
 def _is_flag(name: str, details: Mapping[str, Any], text: str) -> bool:

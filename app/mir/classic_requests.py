@@ -30,7 +30,7 @@ class Fleet(NamedTuple):
 
 class ClassicRequests(FleetTarget, ApiV2):
     queue_path = ORDERS
-    _user, _user_name = "", ""  # the app's own user there: guid and name
+    _user = ""  # the app's own user there, by its guid
 
     # ------------------------------------------------------------------ who it is
     def identify_fleet(self) -> FleetIdentity:

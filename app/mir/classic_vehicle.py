@@ -15,7 +15,7 @@ from typing import Any
 from app.domain.capabilities import Capabilities, FindBy
 from app.domain.check_up import RobotProfile
 from app.domain.message import message
-from app.domain.robot import IdentifiedBy, Identity, QueueItem, RobotState, RobotStatus
+from app.domain.robot import Identity, QueueItem, RobotState, RobotStatus
 from app.mir import fleet_vocabulary, parse
 from app.mir.address import Address, InvalidAddress
 from app.mir.classic_requests import ORDERS, ClassicRequests, Fleet
@@ -112,12 +112,10 @@ class ClassicVehicle(ClassicRequests):
 
     def identify(self) -> Identity:
         """Also looks whether the robot's own API can be reached, for what the fleet can't do."""
-        status = self.status()
-        self._name_of_fleet()
-        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else IdentifiedBy.ADDRESS
+        identity = super().identify()
         if not self._is_any:
             self._connection.notes.reached[self.vehicle] = self._reaches_robot()
-        return Identity(status, self._user_name, status.software, self.identified_by)
+        return identity
 
     # ------------------------------------------------------------------ orders
     def enqueue(

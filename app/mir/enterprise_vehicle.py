@@ -14,7 +14,7 @@ from typing import Any
 
 from app.domain.capabilities import Capabilities, FindBy
 from app.domain.message import message
-from app.domain.robot import IdentifiedBy, Identity, QueueItem, QueueState, RobotState, RobotStatus, UserPrompt
+from app.domain.robot import QueueItem, QueueState, RobotState, RobotStatus, UserPrompt
 from app.mir import enterprise_vocabulary as words
 from app.mir import parse
 from app.mir.address import Address
@@ -63,12 +63,6 @@ class EnterpriseVehicle(EnterpriseRequests):
     def capabilities(self) -> Capabilities:
         can = not self._is_any and self._connection.notes.version >= FIND_BY_ID
         return replace(OF_A_VEHICLE, pause=can, clear_error=can, prompts=can)
-
-    # ------------------------------------------------------------------ who it is
-    def identify(self) -> Identity:
-        status = self.status()
-        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else IdentifiedBy.ADDRESS
-        return Identity(status, "", status.software, self.identified_by)
 
     # ------------------------------------------------------------------ the robot
     def _status(self, within: float, *, is_for_order: bool = False) -> RobotStatus:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.domain.models import ANY_VEHICLE
-from app.domain.robot import IdentifiedBy, RobotStatus
+from app.domain.robot import IdentifiedBy, Identity, RobotStatus
 from app.mir import parse
 from app.mir.address import Address
 from app.mir.credentials import Token
@@ -25,6 +25,7 @@ class FleetTarget(RestRequests):
     ``fleet_identity``: as ``identify_fleet`` found it, None before."""
 
     says_no_in_objects = True
+    _user_name = ""  # of the app's own user there, where the fleet says it
 
     def __init__(
         self,
@@ -48,6 +49,12 @@ class FleetTarget(RestRequests):
         """By one request for all robots of the fleet. Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where
         the fleet has no contact with the robot."""
         return self._status(1.0)
+
+    def identify(self) -> Identity:
+        """Status and user, to detect wrong credentials (Unauthorized)."""
+        status = self.status()
+        self.identified_by = IdentifiedBy.CERTIFICATE if self.address.is_secure else IdentifiedBy.ADDRESS
+        return Identity(status, self._user_name, status.software, self.identified_by)
 
     def _status(self, within: float, *, is_for_order: bool = False) -> RobotStatus:
         raise NotImplementedError

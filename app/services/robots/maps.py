@@ -78,11 +78,10 @@ class RobotMaps:
             return kept
         try:
             picture = self._ask(robot, map_id)
-        except Unreadable as problem:
-            self._warn_once(robot, problem)
-            self._postpone(key)
-            return self.known(robot_id, map_id)
-        except (RobotError, InvalidInput):
+        except (RobotError, InvalidInput) as problem:
+            if isinstance(problem, Unreadable):
+                self._warn_once(robot, problem)
+                self._postpone(key)
             return self.known(robot_id, map_id)
         with self._lock:
             self._warned.discard(robot_id)

@@ -197,14 +197,6 @@ def test_it_is_translated_before_the_numbers_are_put_in():
     assert sentence(reason, HELSINKI, lambda text: german.get(text, text)) == "Akku 12 % blieb bis 14:00 unter 30 %"
 
 
-def test_a_translation_with_a_wrong_placeholder_falls_back_to_english():
-    reason = Reason(ReasonCode.VANISHED, {"queue_id": 7})
-    assert (
-        sentence(reason, HELSINKI, lambda text: text.replace("{queue_id}", "{nummer}"))
-        == "The robot no longer has queue item 7"
-    )
-
-
 # ---------------------------------------------------------------------- waiting
 def row(**values) -> Execution:
     return Execution(
