@@ -26,13 +26,14 @@ from app.mir.errors import NotAMir, Refusal, Unnumbered, Unreadable
 from app.mir.mission_queue import UNSUPPORTED, QueueReader
 from app.mir.rest import RestRequests, segment
 from app.mir.robot_vocabulary import in_mir_words
+from app.mir.target import Target
 from app.mir.transport import Response
 
 MOST_MISSIONS = 2000  # sites have tens to hundreds
 LARGEST_MISSIONS = 1024 * 1024  # bytes of their list, three times the need of this number
 
 
-class ApiV2(RestRequests):
+class ApiV2(RestRequests, Target):
     queue_path = "/mission_queue"
 
     def __init__(self, address: Address, token: Token, **options: Any) -> None:
@@ -113,10 +114,6 @@ class ApiV2(RestRequests):
         return self._get(f"/positions/{segment(guid)}", parse.position)
 
     # ------------------------------------------------------------------ orders
-    def queue_item(self, queue_id: int, token: str = "") -> QueueItem:
-        """Raises Rejected with status 404 when there is no such item (any more)."""
-        raise NotImplementedError
-
     def note_sent(self, token: str, mission_guid: str, ago: float, date: datetime) -> None:
         """Needs nothing: its orders are numbered."""
 

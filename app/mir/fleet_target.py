@@ -13,6 +13,7 @@ from app.mir.credentials import Token
 from app.mir.errors import Rejected, RobotError, VehicleUnavailable
 from app.mir.fleet_connection import FleetConnection
 from app.mir.rest import RestRequests, again_if_stale
+from app.mir.target import Target
 from app.mir.transport import OF_READS, Response
 
 KNOWN_FOR = 10.0  # s for which it is known which fleet this is
@@ -20,7 +21,7 @@ VERIFIED_FOR = 2.0  # s for which a reading shows that it is the known fleet and
 NOT_FOUND = (404, 410)
 
 
-class FleetTarget(RestRequests):
+class FleetTarget(RestRequests, Target):
     """``vehicle``: the robot's id at the fleet, or ANY_VEHICLE. ``serial_number``: the known one of that robot.
     ``fleet_identity``: as ``identify_fleet`` found it, None before."""
 
@@ -76,9 +77,6 @@ class FleetTarget(RestRequests):
             raise error.unsent() from None
 
     # ------------------------------------------------------------------ orders
-    def cancel(self, queue_id: int, token: str = "") -> None:
-        raise NotImplementedError
-
     def clear_queue(self, own: Mapping[int, str] | None = None) -> None:
         for queue_id, token in (own or {}).items():
             try:

@@ -26,7 +26,7 @@ from app.mir.errors import (
 from tests.support.errors import raises
 from tests.unit.mir.answers import MAP, MISSION, STATUS, item
 from tests.unit.mir.conftest import TOKEN
-from tests.unit.mir.test_parse import png
+from tests.unit.mir.test_parse import PNG
 
 API = "http://robot.test/api/v2.0.0"
 
@@ -286,7 +286,7 @@ def test_a_status_change_with_an_unexpected_answer_counts_as_done(robot: RobotCl
 
 def test_map_and_positions(robot: RobotClient, responses: RequestsMock) -> None:
     responses.get(
-        f"{API}/maps/{MAP}", json={"guid": MAP, "name": "Hall", "base_map": png(), "resolution": 0.05, "origin_x": 1}
+        f"{API}/maps/{MAP}", json={"guid": MAP, "name": "Hall", "base_map": PNG, "resolution": 0.05, "origin_x": 1}
     )
     responses.get(
         f"{API}/maps/{MAP}/positions",

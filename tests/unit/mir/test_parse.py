@@ -1,7 +1,6 @@
 import base64
 import json
 import math
-import struct
 from datetime import UTC, datetime
 from typing import Any
 
@@ -298,28 +297,27 @@ def test_full_and_short_items_are_distinguished() -> None:
 
 
 # ---------------------------------------------------------------------- the rest
-def png(width: int = 4, height: int = 3) -> str:
-    return base64.b64encode(b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sII", 13, b"IHDR", width, height) + b"rest").decode()
+PNG = base64.b64encode(b"\x89PNG\r\n\x1a\nrest").decode()
 
 
 @pytest.mark.parametrize("key", ["map", "base_map"])
 def test_a_map_of_either_software(key: str) -> None:
     found = parse.robot_map(
-        {"guid": "g", "name": "Hall", key: png(), "resolution": 0.1, "origin_x": -1.5, "origin_y": 2, "origin_theta": 0}
+        {"guid": "g", "name": "Hall", key: PNG, "resolution": 0.1, "origin_x": -1.5, "origin_y": 2, "origin_theta": 0}
     )
     assert (found.name, found.resolution, found.origin) == ("Hall", 0.1, Pose(-1.5, 2.0, 0.0))
     assert found.png.startswith(b"\x89PNG")
     assert "png" not in repr(found)
 
 
-@pytest.mark.parametrize("picture", [None, "", "####", "aGVsbG8=", png(0, 4), png(2**31, 2**31), 5, "ä"])
-def test_a_map_without_a_sane_png_is_unreadable(picture: Any) -> None:
+@pytest.mark.parametrize("picture", [None, "", "####", "aGVsbG8=", 5, "ä"])
+def test_a_map_without_a_png_is_unreadable(picture: Any) -> None:
     with pytest.raises(Unreadable):
         parse.robot_map({"guid": "g", "name": "Hall", "map": picture})
 
 
 def test_a_map_with_nonsense_for_its_scale_gets_the_usual_one() -> None:
-    assert parse.robot_map({"map": "data:image/png;base64," + png(), "resolution": -1}).resolution == 0.05
+    assert parse.robot_map({"map": "data:image/png;base64," + PNG, "resolution": -1}).resolution == 0.05
 
 
 def test_parameters_of_a_definition_and_of_actions() -> None:
