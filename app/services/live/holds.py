@@ -167,39 +167,32 @@ class Holds:
         self._changes.publish(Topic.HOLDS)
 
 
-class Cleared:
-    """The removed items: ``rows`` are ids of executions, on any robot."""
-
-    def __init__(self, robot_id: int) -> None:
-        self.robot_id, self.rows = robot_id, frozenset[int]()
-
-
 class Clearing:
     """Until the robot has answered, nothing is sent to it, its starts go to no other robot, and the outcome of its
     items is not decided. Read by every worker at every try."""
 
     def __init__(self, changes: Changes) -> None:
         self._changes, self._lock = changes, threading.Lock()
-        self._now: tuple[Cleared, ...] = ()
+        self._now: tuple[tuple[int, set[int]], ...] = ()  # robots, and ids of the executions that are cleared
 
     @contextmanager
-    def of(self, robot_id: int) -> Iterator[Cleared]:
-        """Its queue is being cleared as long as this is open."""
-        cleared = Cleared(robot_id)
+    def of(self, robot_id: int) -> Iterator[set[int]]:
+        """Its queue is being cleared as long as this is open, with the executions whose ids are put into the set."""
+        cleared = robot_id, set[int]()
         with self._lock:
             self._now = (*self._now, cleared)
         try:
-            yield cleared
+            yield cleared[1]
         finally:
             with self._lock:
                 self._now = tuple(each for each in self._now if each is not cleared)
             self._changes.publish(Topic.EXECUTIONS)  # blocked starts continue
 
     def is_of(self, robot_id: int) -> bool:
-        return any(each.robot_id == robot_id for each in self._now)
+        return any(cleared == robot_id for cleared, _rows in self._now)
 
     def blocks(self, row: Execution) -> bool:
-        return any(row.robot_id == each.robot_id or row.id in each.rows for each in self._now)
+        return any(row.robot_id == robot_id or row.id in rows for robot_id, rows in self._now)
 
 
 def _in_words(holds: Sequence[Hold]) -> str:

@@ -276,15 +276,15 @@ class Operator:
         whether the robot has done it. Nothing is sent to it until then."""
         with self._clearing.of(robot_id) as cleared:
             rows = self._ledger.open_for(robot_id)
-            cleared.rows = frozenset(row.id for row in rows)
+            cleared |= {row.id for row in rows}
             try:
                 with self._client(robot_id, "Clear queue") as client:
                     client.clear_queue({row.queue_id: row.token for row in rows if row.queue_id is not None})
             except RobotError as error:
                 if not error.certainly_without_effect:
-                    self._ledger.cancel(cleared.rows, ReasonCode.QUEUE_CLEARED)
+                    self._ledger.cancel(cleared, ReasonCode.QUEUE_CLEARED)
                 raise
-            self._ledger.cancel(cleared.rows, ReasonCode.QUEUE_CLEARED)
+            self._ledger.cancel(cleared, ReasonCode.QUEUE_CLEARED)
         self._engine.poll(robot_id)
 
     # ------------------------------------------------------------------ the robot

@@ -184,6 +184,6 @@ def test_a_start_of_a_cleared_queue_is_assigned_to_no_other_robot(group):
     """It would end as cleared there, where nothing was cleared."""
     play(group, set_up(minimum_battery_percent=20), plan(window=60), battery(5), 330)
     with group.container.clearing.of(1) as cleared:
-        cleared.rows = frozenset([group.row().id])  # it was R1's a moment ago
+        cleared.add(group.row().id)  # it was R1's a moment ago
         play(group, refused(give("R2")))
     play(group, give("R2"), true(lambda s: s.row().robot == "R2"))
