@@ -29,7 +29,9 @@ PRIVATE = (IPv4Network("10.0.0.0/8"), IPv4Network("172.16.0.0/12"), IPv4Network(
 def addresses() -> list[str]:
     """All that may be asked: those beside the tablet's own, without these."""
     own = {own for network in PRIVATE if (own := _own_towards(str(network[1]))) is not None}
-    networks = [IPv4Network(f"{address}/24", strict=False) for address in own if _is_private(address)]
+    networks = [
+        IPv4Network(f"{address}/24", strict=False) for address in own if any(address in network for network in PRIVATE)
+    ]
     return [str(host) for network in collapse_addresses(networks) for host in network.hosts() if host not in own]
 
 
@@ -40,10 +42,6 @@ def _own_towards(target: str) -> IPv4Address | None:
         except OSError:
             return None
         return IPv4Address(probe.getsockname()[0])
-
-
-def _is_private(address: IPv4Address) -> bool:
-    return any(address in network for network in PRIVATE)
 
 
 def find(

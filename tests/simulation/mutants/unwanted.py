@@ -80,8 +80,8 @@ MUTANTS = (
     Mutant(
         "a cleared queue keeps what waits",
         "services.robots.commands:Operator.clear_queue",
-        "cleared.rows = frozenset(row.id for row in rows)",
-        "cleared.rows = frozenset()",
+        "cleared |= {row.id for row in rows}",
+        "cleared |= set()",
         "though it was cancelled",
         PEOPLE,
         seed=5,
