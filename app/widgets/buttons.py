@@ -1,7 +1,7 @@
 """Buttons: command button, icon button, chips, segments, switch."""
 
 from kivy.clock import Clock
-from kivy.metrics import dp
+from kivy.metrics import dp, sp
 from kivy.properties import (
     BooleanProperty,
     ColorProperty,
@@ -22,7 +22,7 @@ from app.widgets.chart import WorkingRing
 from app.widgets.children import refill
 from app.widgets.events import Fires, Late
 from app.widgets.surfaces import CLEAR, OnlySeen, Passive, Tap, Toned
-from app.widgets.text import BodyStrong, Ico
+from app.widgets.text import BodyStrong, Ico, line_width
 from app.widgets.tokens import late_color, tk
 
 PLAIN = ("text", "standard")  # KivyMD's names of the style without fill and border, of a button and of an icon button
@@ -202,6 +202,12 @@ class ChoiceChip(OnlySeen, MDChip):
     most_lines = NumericProperty(0)
     after = NumericProperty(0)  # px, of what follows the text
 
+    @property
+    def wanted(self) -> float:
+        """Width in px with the text on one line."""
+        icon = dp(22) if self.icon else 0
+        return max(tk.h_touch, line_width(self.text, "RobotoMedium", sp(16)) + icon + dp(25) + self.after)
+
     def add_widget(self, *args, **kwargs):
         """KivyMD adds parts a frame later, and its icons keep the touch from the chip."""
         super(MDChip, self).add_widget(*args, **kwargs)
@@ -221,6 +227,27 @@ class MenuChip(ChoiceChip):
 
     trailing = StringProperty("chevron-down")
     after = NumericProperty("24dp")
+
+
+class ToolRow(BoxLayout):
+    """Chips and buttons above a list, on one line: what has no room makes the longest chips shorter."""
+
+    def add_widget(self, widget, *args, **kwargs):
+        super().add_widget(widget, *args, **kwargs)
+        widget.fbind("width", self.on_width)
+        if isinstance(widget, ChoiceChip):
+            widget.fbind("text", self.on_width)
+
+    def on_width(self, *_):
+        """The shortest get what they want first."""
+        tools = [tool for tool in self.children if tool.size_hint_x is None and tool.width]
+        chips = [tool for tool in tools if isinstance(tool, ChoiceChip) and tool.text]
+        left = len(chips)
+        room = self.width - self.padding[0] - self.padding[2] - self.spacing * (len(self.children) - 1)
+        room -= sum(tool.width for tool in tools if tool not in chips)
+        for chip in sorted(chips, key=lambda chip: chip.wanted):
+            chip.limit = min(chip.wanted, room / left)
+            room, left = room - chip.limit, left - 1
 
 
 class Segment(Tap):

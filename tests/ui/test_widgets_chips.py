@@ -6,12 +6,23 @@ import gc
 import weakref
 
 import pytest
+from kivy.factory import Factory
 from kivy.graphics import BorderImage, SmoothLine
 from kivy.uix.widget import Widget
 from kivymd.uix.snackbar import MDSnackbar
 
 from app.domain.models import THEMES
-from app.widgets.buttons import ChoiceChip, CommandButton, MenuChip, Segment, Segments, SwitchFace, Toggle
+from app.widgets.buttons import (
+    ChoiceChip,
+    CommandButton,
+    IconButton,
+    MenuChip,
+    Segment,
+    Segments,
+    SwitchFace,
+    Toggle,
+    ToolRow,
+)
 from app.widgets.chart import Meter, WorkingRing
 from app.widgets.flow import ChipFlow
 from app.widgets.items import Option
@@ -27,6 +38,23 @@ def presses(widget) -> list[object]:
 
 
 # ------------------------------------------------------------------ chips
+@pytest.mark.parametrize(
+    ("width", "cut"), [(600, []), (426, ["Kaikki robotit"]), (390, ["Kaikki robotit", "Jokin: Hall 1"])]
+)
+def test_chips_without_room_get_shorter_the_longest_first(ui, width, cut):
+    chips = [Factory.ToolChip(text=text) for text in ("8 h", "Kaikki robotit", "Jokin: Hall 1")]
+    row = ToolRow(size_hint_x=None, width=width, height=64)
+    for tool in (*chips, Widget(), IconButton(icon="plus")):
+        row.add_widget(tool)
+    ui.show(row, (width, 64))
+    ui.advance()
+    assert row.children[0].right <= row.right + 1
+    assert [chip.text for chip in chips if chip.ids.chip_text._label.text.endswith("…")] == cut
+    chips[1].text = "Aino"
+    ui.advance()
+    assert not chips[1].ids.chip_text._label.text.endswith("…")
+
+
 def test_a_tap_on_the_icon_of_a_chip_is_one_on_the_chip(ui):
     chip = ui.show(ChoiceChip(text="Collect empties", icon="star"))
     calls = presses(chip)
