@@ -240,11 +240,11 @@ class ToolRow(BoxLayout):
 
     def on_width(self, *_):
         """The shortest get what they want first."""
-        tools = [tool for tool in self.children if tool.size_hint_x is None and tool.width]
-        chips = [tool for tool in tools if isinstance(tool, ChoiceChip) and tool.text]
-        left = len(chips)
-        room = self.width - self.padding[0] - self.padding[2] - self.spacing * (len(self.children) - 1)
-        room -= sum(tool.width for tool in tools if tool not in chips)
+        chips = [tool for tool in self.children if isinstance(tool, ChoiceChip) and tool.text]
+        others = [tool for tool in self.children if tool not in chips]
+        left, room = len(chips), self.width - self.padding[0] - self.padding[2]
+        room -= self.spacing * (len(self.children) - 1)
+        room -= sum(tool.width if tool.size_hint_x is None else tool.size_hint_min_x or 0 for tool in others)
         for chip in sorted(chips, key=lambda chip: chip.wanted):
             chip.limit = min(chip.wanted, room / left)
             room, left = room - chip.limit, left - 1

@@ -342,7 +342,7 @@ def robot_dialog(context: PageContext):
 def robot_another_answers(context: PageContext):
     problem = AnotherRobot(address="10.40.12.21", expected="201806001234", found="202106004471")
     question = another_robot(context.facts.robots[0], problem, has_password=False)
-    return TrustSheet(context.shell.sheets, question, lambda: None)
+    return TrustSheet(question, lambda: None)
 
 
 @dialog("robot-dialog-delete")
@@ -360,7 +360,7 @@ def robot_dialog_delete(context: PageContext):
 @dialog("robot-dialog-certificate")
 def robot_certificate(context: PageContext):
     question = certificate("Aino", "3fa1c2" * 10 + "90ab", "3fa1c2" * 9 + "77de01" + "1234")
-    return TrustSheet(context.shell.sheets, question, lambda: None)
+    return TrustSheet(question, lambda: None)
 
 
 @dialog("robots-found")

@@ -53,8 +53,7 @@ class CalendarPart(MDBoxLayout):
         year, number = self._month
         self.month_title, self.weekdays = view.month_title(year, number), formats.current().weekdays_short
         self.days = view.month_days(facts, year, number, self._context.today())
-        sheet = self._context.shell.sheets.top
-        self.rows = view.entries(facts, year, number, sheet.stored_id if isinstance(sheet, DaysSheet) else None)
+        self.rows = view.entries(facts, year, number, self._context.opened("exceptions"))
         self.country, self.region, self.has_regions = (
             view.country_phrase(facts),
             view.region_phrase(facts),

@@ -197,9 +197,8 @@ class ConnectionSheet(EditSheet):
         self._go_on()
 
     def ask_to_trust(self, question: trust_view.Question, agreed: Callable[[], object]) -> None:
-        sheets = self.context.shell.sheets
         self.outcome = nothing_sent()
-        sheets.over(TrustSheet(sheets, question, agreed))
+        self.context.shell.sheets.over(TrustSheet(question, agreed))
 
     # ------------------------------------------------------------------ test
     def try_it(self) -> None:

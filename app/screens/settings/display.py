@@ -5,14 +5,14 @@ from __future__ import annotations
 from datetime import time
 from typing import Any
 
-from kivy.properties import BooleanProperty, ListProperty, ObjectProperty, StringProperty
+from kivy.properties import BooleanProperty, ListProperty, StringProperty
 
-from app.domain.models import FONT_SCALES, Settings
+from app.domain.models import FONT_SCALES
 from app.i18n import _, languages
 from app.screens.common import formats
 from app.screens.common.pin_sheet import PinSheet
 from app.screens.common.problems import sentence_of
-from app.screens.settings.page import PageContext, SettingsPage
+from app.screens.settings.page import PageContext, ValuesPage
 from app.screens.settings.view import keyboard_words, theme_names
 from app.services.live.access import ADVISED, LONGEST, SHORTEST, is_easy_to_guess
 from app.widgets.items import Option
@@ -28,8 +28,7 @@ def hours() -> list[Option]:
     return [Option(number, hour(number)) for number in range(24)]
 
 
-class DisplayPage(SettingsPage):
-    settings = ObjectProperty(Settings(), rebind=True)
+class DisplayPage(ValuesPage):
     themes = ListProperty()
     languages = ListProperty()
     font_scales = ListProperty()
@@ -45,7 +44,8 @@ class DisplayPage(SettingsPage):
         self.languages = [(language, formats.language_name(language)) for language in languages()]
 
     def show(self) -> None:
-        self.settings = settings = self.context.facts.settings
+        super().show()
+        settings = self.settings
         self.themes, self.keyboards = list(theme_names().items()), list(keyboard_words().items())
         self.font_scales = [(percent, formats.percent(percent)) for percent in FONT_SCALES]
         loudspeaker = self.context.shell.loudspeaker
@@ -56,6 +56,7 @@ class DisplayPage(SettingsPage):
         self.has_pin = self.context.services.access.is_set()
 
     def set(self, name: str, value: Any) -> None:
+        """Its fields show no problems: a message does."""
         self.context.save(**{name: value})
 
     def pick_dim_from(self) -> None:

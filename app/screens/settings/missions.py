@@ -36,12 +36,11 @@ from app.screens.settings.missions_view import (
     offers,
 )
 from app.screens.settings.page import PageContext, SettingsPage
-from app.screens.settings.places import PlacesBox, PlacesPart
+from app.screens.settings.places import PlacesPart
 from app.screens.settings.view import NoticeView, done, went_wrong
 from app.services.catalogue import mission_edit
 from app.services.catalogue.catalogue import Edit, Removed
 from app.widgets.children import refill
-from app.widgets.display import SectionCard
 from app.widgets.items import Option
 from app.widgets.lists import Row
 from app.widgets.surfaces import Tap
@@ -76,18 +75,6 @@ class MissionCells(BoxLayout):
             widget.cell = cell
 
 
-class MissionTable(SectionCard):
-    """The missions, the robots that have them, and above them what chooses among them."""
-
-    page = ObjectProperty(None, rebind=True, allownone=True)
-
-
-class NoMissions(SectionCard):
-    """What to do first."""
-
-    page = ObjectProperty(None, rebind=True, allownone=True)
-
-
 class MissionsModel(EventDispatcher):
     rows = ListProperty()
     heads = ListProperty()  # of the columns
@@ -104,6 +91,7 @@ class MissionsModel(EventDispatcher):
 
 class MissionsPage(SettingsPage):
     Model = MissionsModel
+    shown = StringProperty()  # the table of missions, in its stead the places, or what to do first
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
@@ -134,17 +122,7 @@ class MissionsPage(SettingsPage):
         most = max(1, int((self.width - sp(NAMES)) / sp(COLUMN)))
         vm.heads = [Cell(text=head) for head, _robots in columns(facts, vm.choice, most)]
         vm.rows = mission_lines(facts, vm.choice, most)
-        self._arrange()
-
-    def _arrange(self) -> None:
-        """The missions, or in their stead the places, or what to do first."""
-        if self.vm.part == "places":
-            kind, values = PlacesBox, {"part": self.places}
-        else:
-            kind, values = MissionTable if self.context.facts.missions else NoMissions, {"page": self}
-        if [type(child) for child in self.children] != [kind]:
-            self.clear_widgets()
-            self.add_widget(kind(**values))
+        self.shown = "PlacesBox" if vm.part == "places" else "MissionTable" if facts.missions else "NoMissions"
 
     @property
     def is_busy(self) -> bool:

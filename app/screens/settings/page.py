@@ -188,6 +188,11 @@ class PageContext:
         self.show()
         self.refresh()
 
+    def opened(self, kind: str) -> int | None:
+        """The id of what of that kind is in the sheet."""
+        sheet: Any = self.shell.sheets.top
+        return sheet.stored_id if getattr(sheet, "kind", "") == kind else None
+
     def page_left(self) -> None:
         """The open page, for another one or for another screen."""
         self.shell.sheets.give_up()

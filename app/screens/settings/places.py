@@ -6,7 +6,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from kivy.event import EventDispatcher
-from kivy.properties import ListProperty, ObjectProperty, StringProperty
+from kivy.properties import ListProperty, StringProperty
 from kivy.uix.widget import Widget
 
 from app.domain import conflicts
@@ -18,16 +18,9 @@ from app.screens.settings.edit_sheet import EditSheet
 from app.screens.settings.page import PageContext
 from app.services.catalogue.edit import Removed
 from app.services.planning.planned import Conflict
-from app.widgets.display import SectionCard
 from app.widgets.items import Option
 
 USUAL_MOST = 1  # as the word says; its help explains larger numbers
-
-
-class PlacesBox(SectionCard):
-    """The places, in the stead of the missions."""
-
-    part = ObjectProperty(None, rebind=True, allownone=True)
 
 
 class PlacesPart(EventDispatcher):

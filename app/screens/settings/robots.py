@@ -41,23 +41,20 @@ class RobotsPage(SettingsPage):
         return [("robots", _("Robots")), ("groups", _("Groups"))] if len(facts.robots) > 1 or facts.groups else []
 
     def show(self) -> None:
-        facts, sheet = self.context.facts, self.context.shell.sheets.top
-        self.vm.is_alone = sheet is None
+        context, facts = self.context, self.context.facts
+        self.vm.is_alone = context.shell.sheets.top is None
         if self.parts and self.vm.part == "groups":
-            chosen = sheet.stored_id if isinstance(sheet, GroupSheet) else None
-            self.vm.items, self.vm.add_word = group_items(facts, chosen), _("Add group")
+            self.vm.items, self.vm.add_word = group_items(facts, context.opened("groups")), _("Add group")
             self.vm.nothing = _("No groups yet")
             return
-        chosen = sheet.stored_id if isinstance(sheet, RobotSheet) else None
-        fleet = sheet.stored_id if isinstance(sheet, FleetSheet) else None
         of_robots, of_fleets = (
-            {each.id: standing_of(self.context, each) for each in targets} for targets in (facts.robots, facts.fleets)
+            {each.id: standing_of(context, each) for each in targets} for targets in (facts.robots, facts.fleets)
         )
         self.vm.part, self.vm.add_word = "robots", _("Add")
         self.vm.nothing = _("No robots yet")
         self.vm.items = [
-            *fleet_items(facts, of_fleets, fleet),
-            *robot_items(facts, self.context.now(), of_robots, chosen),
+            *fleet_items(facts, of_fleets, context.opened("fleets")),
+            *robot_items(facts, context.now(), of_robots, context.opened("robots")),
         ]
 
     def reached(self, **intent: Any) -> None:

@@ -10,7 +10,6 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.utils import escape_markup, get_hex_from_color
 
 from app.i18n import _
-from app.screens.common.sheets import Sheets
 from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.trust_view import Question, fours
 from app.widgets.tokens import tk
@@ -33,21 +32,14 @@ class TrustNumber(BoxLayout):
     number = StringProperty()
 
 
-class TrustButtons(BoxLayout):
-    """The safe answer is filled."""
-
-    sheet = ObjectProperty(None, rebind=True)
-
-
 class TrustSheet(SettingsSheet):
     """Lies over the sheet that asks; ``agreed()`` follows the risky answer, and nothing the safe one."""
 
     question = ObjectProperty(None, rebind=True)
 
-    def __init__(self, sheets: Sheets, question: Question, agreed: Callable[[], object], **kwargs: Any) -> None:
-        self._sheets, self._agreed = sheets, agreed
+    def __init__(self, question: Question, agreed: Callable[[], object], **kwargs: Any) -> None:
+        self._agreed = agreed
         super().__init__(question=question, **kwargs)
-        self.ids.foot.add_widget(TrustButtons(sheet=self))
         for label, number, other in (
             (_("{robot} so far").format(robot=question.robot), question.before, ""),
             (_("Answers now"), question.now, question.before),
@@ -55,7 +47,9 @@ class TrustSheet(SettingsSheet):
             if number:
                 self.ids.numbers.add_widget(TrustNumber(label=label, number=marked(number, other)))
 
-    def answer(self, *, agrees: bool) -> None:
-        self._sheets.close(self)
-        if agrees:
-            self._agreed()
+    def on_done(self) -> None:
+        self.stack.close(self)
+
+    def on_other(self) -> None:
+        self.stack.close(self)
+        self._agreed()

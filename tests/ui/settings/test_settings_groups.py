@@ -12,7 +12,7 @@ from app.domain.models import Group, HandOver, Place, Robot, Schedule
 from app.domain.robot import Stop
 from app.screens.settings.groups import GroupSheet
 from app.screens.settings.missions import MissionRow
-from app.screens.settings.places import PlacesBox, PlaceSheet
+from app.screens.settings.places import PlaceSheet
 from app.services.robots import missions
 from app.widgets.buttons import CommandButton, IconButton, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
@@ -250,7 +250,7 @@ def open_places(ui):
 
 
 def add_place(ui):
-    ui.tap(ui.find(IconButton, ui.find(PlacesBox), icon="plus"))
+    ui.tap(ui.find(IconButton, icon="plus"))
     return ui.find(PlaceSheet)
 
 

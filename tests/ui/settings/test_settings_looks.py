@@ -64,11 +64,11 @@ def mission(screen):
 def another(screen):
     problem = AnotherRobot(address="10.40.12.21", expected="201806001234", found="202106004471")
     question = another_robot(screen.vm.context.facts.robots[0], problem, has_password=False)
-    return TrustSheet(screen.vm.context.shell.sheets, question, lambda: None)
+    return TrustSheet(question, lambda: None)
 
 
 def fingerprints(screen):
-    return TrustSheet(screen.vm.context.shell.sheets, certificate("Aino", "3fa1c2" * 11, "77de01" * 11), lambda: None)
+    return TrustSheet(certificate("Aino", "3fa1c2" * 11, "77de01" * 11), lambda: None)
 
 
 @pytest.mark.parametrize("build", [robot, mission, fingerprints, *at_night(another)])
