@@ -24,7 +24,6 @@ from app.screens.settings.view import (
     done,
     import_items,
     import_result,
-    went_wrong,
 )
 from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files.places import FoundFile
@@ -135,13 +134,12 @@ class DataPage(SettingsPage):
         """Back up first: that is the way back."""
         path, sheets = sheet.path, self.context.shell.sheets
 
-        def work() -> tuple[Sequence[Message] | DeletesRuns, FoundFile]:
+        def work() -> tuple[Sequence[Message], FoundFile]:
             backup = self._files.back_up_now("before-import")
             return self._files.import_configuration(path, may_delete=may_delete), backup
 
-        def imported(found: tuple[Sequence[Message] | DeletesRuns, FoundFile]) -> None:
-            lines, backup = found
-            self.vm.outcome = went_wrong(lines) if isinstance(lines, DeletesRuns) else import_result(lines, backup)
+        def imported(found: tuple[Sequence[Message], FoundFile]) -> None:
+            self.vm.outcome = import_result(*found)
             self.context.refresh()
             for each in (changes, sheet):
                 sheets.close(each)

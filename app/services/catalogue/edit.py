@@ -24,6 +24,7 @@ from app.database.table import Table
 from app.domain import names
 from app.domain.execution import Execution, Reason, ReasonCode
 from app.domain.models import DayException, Fleet, Group, InvalidInput, Mission, Place, Robot, Schedule, existing
+from app.services.catalogue import validation
 from app.services.executions import transitions
 from app.services.executions.apply import apply_in
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Transition
@@ -41,6 +42,7 @@ KINDS: Mapping[type, str] = {  # as refusals name their fields
     Schedule: "schedule",
     DayException: "days",
 }
+_OF_A_MACHINE = ("address", "serial_number")
 SENTENCES: Mapping[type, str] = {
     Fleet: "this fleet no longer exists",
     Robot: "this robot no longer exists",
@@ -138,6 +140,11 @@ class Edit:
     def with_moved(self, schedules: Iterable[Schedule]) -> list[Schedule]:
         """These, and their starts that a person moved."""
         return [each for one in schedules for each in (one, *self.schedules.moved_starts(self.c, one.id))]
+
+    def check_is_no_other(self, it: Robot | Fleet, before: Robot | Fleet | None = None) -> None:
+        """Check that a machine is not configured twice. Duplicates stored by an older version can still be changed."""
+        if before is None or any(getattr(it, name, None) != getattr(before, name, None) for name in _OF_A_MACHINE):
+            validation.check_is_no_other(it, [*self.fleets.all(self.c), *self.robots.all(self.c)])
 
     # ------------------------------------------------------------------ what follows from a change
     def hide(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:

@@ -12,7 +12,7 @@ from math import ceil
 from app.database.check_ups import CheckUpRepository
 from app.domain.models import Fleet, InvalidInput, Mission, Robot, Schedule
 from app.mir.credentials import with_token
-from app.services.catalogue import change_log, fields, robot_edit, validation
+from app.services.catalogue import change_log, fields, robot_edit
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
 from app.services.live.changes import Topic
@@ -44,19 +44,11 @@ def save(
         if fleet.identity is None and fleet.address != stored.address:  # it may be another one
             fleet = replace(fleet, profile=None)
     if not is_one_of_many:
-        check_is_no_other(edit, fleet, stored)
+        edit.check_is_no_other(fleet, stored)
     fleet = with_token(fleet, password, fleet if keeps_token else stored)
     if not keeps_token and fleet.profile and stored and fleet.token != stored.token:  # orders show another key
         fleet = replace(fleet, profile=replace(fleet.profile, own_key=None))
     return _put(edit, fleet, stored)
-
-
-def check_is_no_other(edit: Edit, fleet: Fleet, before: Fleet | None = None) -> None:
-    """Check that neither a fleet nor a robot has its address."""
-    if before is None or fleet.address != before.address:
-        fleets = [other for other in edit.fleets.all(edit.c) if other.id != fleet.id]
-        direct = [robot for robot in edit.robots.all(edit.c) if robot.fleet is None]
-        validation.check_address_is_free(fleet.address, [*fleets, *direct])
 
 
 def _put(edit: Edit, fleet: Fleet, stored: Fleet | None) -> Fleet:

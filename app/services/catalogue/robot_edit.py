@@ -10,7 +10,7 @@ from dataclasses import replace
 from app.domain.execution import Reason, ReasonCode, Trigger
 from app.domain.models import Fleet, IdleRule, InvalidInput, Mission, Robot
 from app.mir.credentials import with_token
-from app.services.catalogue import change_log, fields, generated_names, group_edit, validation
+from app.services.catalogue import change_log, fields, generated_names, group_edit
 from app.services.catalogue.edit import Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
@@ -31,7 +31,7 @@ def save(
     user, address, certificate or serial number is switched off and needs a password. A robot that only needed its
     password is switched on by it. A serial number of None keeps the known one; other facts about the machine stay
     unless ``is_tested``: the caller has just read them from it. ``is_one_of_many``: others change too, and the
-    caller calls ``check_is_no_other`` afterwards. ``keeps_token``: that of ``robot``, which is as it was before a change."""
+    caller compares them afterwards. ``keeps_token``: that of ``robot``, which is as it was before a change."""
     stored = edit.the(Robot, robot.id) if robot.id else None
     if robot.fleet is not None:
         robot = robot.within(edit.the(Fleet, robot.fleet.id))
@@ -43,7 +43,7 @@ def save(
         if not is_tested:
             robot = replace(robot, model=stored.model, software=stored.software, identified_by=stored.identified_by)
     if not is_one_of_many:
-        check_is_no_other(edit, robot, stored)
+        edit.check_is_no_other(robot, stored)
     if robot.fleet is None:
         robot = with_token(robot, password, robot if keeps_token else stored)
     if robot.idle is not None:
@@ -73,14 +73,6 @@ def way(robot: Robot) -> tuple[int | None, str]:
 def _check_name(edit: Edit, robot: Robot) -> None:
     check_name_is_free(edit.robots.by_name(edit.c, robot.name), robot.id, "there is a robot {name} already")
     check_name_is_free(edit.groups.by_name(edit.c, robot.name), 0, "there is a group {name} already")
-
-
-def check_is_no_other(edit: Edit, robot: Robot, before: Robot | None = None) -> None:
-    """Check that a machine is not configured twice. Duplicates stored by an older version can still be changed."""
-    if before is None or (robot.address, robot.serial_number) != (before.address, before.serial_number):
-        validation.check_is_no_other(robot, edit.robots.all(edit.c))
-        if robot.fleet is None:
-            validation.check_address_is_free(robot.address, edit.fleets.all(edit.c))
 
 
 def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:

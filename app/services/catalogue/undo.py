@@ -176,7 +176,7 @@ def _restore_fleet(edit: Edit, fleet: Fleet, removed: Removed) -> None:
     other = edit.fleets.by_name(edit.c, fleet.name)
     check_name_is_free(other, 0, "there is another fleet {name} now: rename that one, then undo again")
     with _naming_the_other():
-        fleet_edit.check_is_no_other(edit, fleet)
+        edit.check_is_no_other(fleet)
     edit.fleets.update(edit.c, replace(fleet, token=removed.token))
     edit.notes.append(f"fleet {fleet.name!r} put back")
 
@@ -186,7 +186,7 @@ def _restore_robot(edit: Edit, robot: Robot, removed: Removed) -> None:
     if robot.fleet is not None:
         robot = robot.within(edit.the(Fleet, robot.fleet.id))
     with _naming_the_other():
-        robot_edit.check_is_no_other(edit, robot)
+        edit.check_is_no_other(robot)
     edit.robots.update(edit.c, replace(robot, token=removed.token))
     for group in edit.groups.of_robot(edit.c, robot.id):
         group_edit.check_members([edit.the(Robot, member) for member in group.members])

@@ -71,33 +71,31 @@ def _machine(address: str) -> object:
         return address
 
 
-def check_is_no_other(robot: Robot, others: Iterable[Robot]) -> None:
-    """Raises InvalidInput for the address when one of ``others`` with another id is the same machine, or for the place
-    at a fleet. One machine may be reached directly and through a fleet, which is warned about."""
+def _place(it: Robot | Fleet) -> tuple[int, str] | None:
+    """At a fleet; None where it is reached directly."""
+    return (it.fleet.id, it.vehicle) if isinstance(it, Robot) and it.fleet is not None else None
+
+
+def check_is_no_other(it: Robot | Fleet, others: Iterable[Robot | Fleet]) -> None:
+    """Raises InvalidInput for the address when one of ``others`` is the same machine, or for the place at a fleet. One
+    machine may be reached directly and through a fleet, which is warned about."""
+    place = _place(it)
     for other in others:
-        if other.id == robot.id or (robot.fleet is None) is not (other.fleet is None):
+        if (type(other), other.id) == (type(it), it.id) or (place is None) is not (_place(other) is None):
             continue
-        if robot.fleet is not None and other.fleet is not None:
-            if (robot.fleet.id, robot.vehicle) == (other.fleet.id, other.vehicle):
+        if place is not None:
+            if place == _place(other):
                 raise InvalidInput("vehicle", "this is {robot}, which is configured already", robot=other.name)
-            continue
-        check_address_is_free(robot.address, [other])
-        if robot.serial_number and other.serial_number == robot.serial_number:
+        elif _machine(it.address) == _machine(other.address):
+            raise InvalidInput(
+                "address", "this is the address of {robot}, which is configured already", robot=other.name
+            )
+        elif isinstance(it, Robot) and it.serial_number and it.serial_number == getattr(other, "serial_number", None):
             raise InvalidInput(
                 "address",
                 "this is {robot}, which is configured already: serial number {serial}",
                 robot=other.name,
-                serial=other.serial_number,
-            )
-
-
-def check_address_is_free(address: str, others: Iterable[Robot | Fleet]) -> None:
-    """Raises InvalidInput if one of these has it."""
-    at = _machine(address)
-    for other in others:
-        if _machine(other.address) == at:
-            raise InvalidInput(
-                "address", "this is the address of {robot}, which is configured already", robot=other.name
+                serial=it.serial_number,
             )
 
 

@@ -21,7 +21,7 @@ from app.mir.errors import RobotError
 from app.mir.raw_client import PATIENT, RawClient
 from app.services.check_up import fleet_probes, fleet_trial
 from app.services.check_up.base import CheckUpsOf, IsWanted, Keep, OnProgress, mission_called
-from app.services.check_up.fleet_orders import ClassicOrders, EnterpriseOrders
+from app.services.check_up.fleet_orders import ClassicOrders, EnterpriseOrders, Orders
 from app.services.check_up.fleet_trial import FleetJournal, OrderTrial
 from app.services.check_up.session import Cancelled, CheckUpSession, amber, green, red
 
@@ -160,7 +160,7 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
         added = {robot.vehicle: robot.name for robot in robots if robot.fleet_id == fleet.id}
         return {added.get(each.id, f"{_name(each)} ({fleet.name})"): each for each in said.vehicles}
 
-    def _finish(self, session: CheckUpSession, orders: ClassicOrders | EnterpriseOrders, journal: FleetJournal) -> None:
+    def _finish(self, session: CheckUpSession, orders: Orders, journal: FleetJournal) -> None:
         """Delete what is still there, and report it as a finding."""
         try:
             problem = fleet_trial.put_back(session, orders, journal)
@@ -179,7 +179,7 @@ class FleetCheckUps(CheckUpsOf[Fleet, FleetClient, FleetJournal]):
             ),
         )
 
-    def _orders(self, robot: RawClient, client: FleetClient, fleet: Fleet) -> ClassicOrders | EnterpriseOrders:
+    def _orders(self, robot: RawClient, client: FleetClient, fleet: Fleet) -> Orders:
         if isinstance(client, EnterpriseVehicle):
             return EnterpriseOrders(robot, client)
         robots = self._fleets.robot_ids(self._db.read(), fleet.id)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from app.domain.check_up import LeftBehind
 from app.domain.message import message
@@ -20,12 +20,12 @@ from app.mir.fleet_vocabulary import ORDER_STATES
 from app.mir.raw_client import Answer, RawClient
 from app.mir.rest import segment
 from app.mir.texts import clean
+from app.services.check_up.trial import LONGEST_WORD
 
 AHEAD = timedelta(hours=24)  # of the fleet's clock, that the order begins: longer than any zone differs from another
 CLEARLY_AHEAD = timedelta(hours=6)  # in whichever zone the fleet reads it
 ENDED = (400, *NOT_FOUND)  # how a fleet may answer the deletion of an order that has ended
 SNAPSHOT, EVENTS = "/serial-order-status/snapshot", "serial-order-status-events"
-LONGEST_WORD = 40  # characters for a state
 
 
 class Seen(NamedTuple):
@@ -42,19 +42,9 @@ class Seen(NamedTuple):
         return self.state not in (QueueState.DONE, QueueState.ABORTED)
 
 
-class Orders(Protocol):
-    """All raise RobotError, but ``post`` and ``delete``, in whose answers it is."""
-
-    def post(self, left: LeftBehind, earliest: datetime) -> Answer: ...
-
-    def of(self, left: LeftBehind) -> Sequence[Seen]:
-        """Those of the check-up: one, if the fleet works as it should."""
-
-    def delete(self, seen: Seen) -> Answer: ...
-
-
 class ClassicOrders:
-    """``is_claimed``: whether an order with that number is a start of the plan."""
+    """Its calls raise RobotError, but ``post`` and ``delete``, in whose answers it is. ``is_claimed``: whether an order
+    with that number is a start of the plan."""
 
     def __init__(self, robot: RawClient, client: ClassicVehicle, is_claimed: Callable[[int], bool]) -> None:
         self._robot, self._client, self._is_claimed = robot, client, is_claimed
@@ -69,8 +59,8 @@ class ClassicOrders:
         return self._robot.ask("POST", ORDERS, json=order, at_once=True)
 
     def of(self, left: LeftBehind) -> Sequence[Seen]:
-        """By its number; else by its token; else what the app's user has ordered so for the robot, to begin much
-        later."""
+        """Those of the check-up: one, if the fleet works as it should. By its number; else by its token; else what the
+        app's user has ordered so for the robot, to begin much later."""
         if left.number is not None:
             return self._read(left.number)
         items = self._client.items_after(left.queue_floor, tokens=left.tokens)
@@ -110,7 +100,7 @@ def _is_ahead(row: parse.Object) -> bool | None:
 
 
 class EnterpriseOrders:
-    """Its id is the token."""
+    """The same; its id is the token."""
 
     def __init__(self, robot: RawClient, client: EnterpriseVehicle) -> None:
         self._robot, self._client = robot, client
@@ -151,6 +141,9 @@ class EnterpriseOrders:
 
     def delete(self, seen: Seen) -> Answer:
         return self._robot.ask("DELETE", f"{ORDER}/{segment(seen.key)}", at_once=True)
+
+
+Orders = ClassicOrders | EnterpriseOrders
 
 
 def _seen(event: parse.Object) -> Seen:

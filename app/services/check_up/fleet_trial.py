@@ -100,9 +100,7 @@ class OrderTrial:
     """Of what is noted in ``journal``. ``date``: by the fleet's clock. ``is_known``: whether the app can rely on what
     was found."""
 
-    def __init__(
-        self, session: CheckUpSession, orders: ClassicOrders | EnterpriseOrders, journal: FleetJournal, date: datetime
-    ) -> None:
+    def __init__(self, session: CheckUpSession, orders: Orders, journal: FleetJournal, date: datetime) -> None:
         self._session, self._orders, self._journal = session, orders, journal
         self._began = session.clock.monotonic()
         self._earliest = date + AHEAD

@@ -16,6 +16,7 @@ from app.domain.models import InvalidInput, Robot
 from app.domain.robot import QueueState, RobotState
 from app.mir import parse
 from app.mir.errors import RobotError, Unreadable
+from app.mir.fleet_target import NOT_FOUND
 from app.mir.raw_client import QUEUE
 from app.services.check_up.session import CheckUpSession
 from app.services.live.alarms import Alarms
@@ -24,7 +25,6 @@ from app.services.live.holds import Holds
 MOST_ITEMS = 60  # numbers above the floor that are checked: those of the trial, and others queued in between
 MISSING_IN_A_ROW = 3  # missing numbers, until the search ends
 ENDS_WITHIN = 15.0  # s from the request to cancel an item to its end
-NOT_THERE = (404, 410)
 
 HOLD = render(message("Check-up"))  # reason of the hold that stops starts during a trial, translated where it is shown
 NO_HOLD = 0  # the id of none
@@ -104,7 +104,7 @@ def put_back(
     ours, others = _items(session, left, is_claimed)
     open_ids = [item["id"] for item in ours if not has_ended(item)]
     for queue_id in open_ids:
-        session.robot.ask("DELETE", f"{QUEUE}/{queue_id}").checked(*NOT_THERE)
+        session.robot.ask("DELETE", f"{QUEUE}/{queue_id}").checked(*NOT_FOUND)
     began = session.clock.monotonic()
     while left_open := [item for queue_id in open_ids if not has_ended(item := read_item(session, queue_id))]:
         if session.clock.monotonic() - began > ENDS_WITHIN:
@@ -157,15 +157,15 @@ def _have_gone_on(items: Iterable[parse.Object], started: str | None) -> bool:
 
 def _remove(session: CheckUpSession, path: str) -> None:
     """Delete a mission, and first its actions: not every robot is known to delete them with it. Raises RobotError."""
-    actions = session.robot.get(f"{path}/actions").checked(*NOT_THERE)
+    actions = session.robot.get(f"{path}/actions").checked(*NOT_FOUND)
     guids = [parse.text_or_none(action.get("guid")) for action in actions.rows]
     if actions.is_good and not (actions.is_list and len(guids) == len(actions.found) and all(guids)):
         raise Unreadable(
             address=session.robot.client.address.netloc, problem=message("the answer is no list of actions")
         )
     for guid in guids:
-        session.robot.ask("DELETE", f"{path}/actions/{guid}").checked(*NOT_THERE)
-    session.robot.ask("DELETE", path).checked(*NOT_THERE)
+        session.robot.ask("DELETE", f"{path}/actions/{guid}").checked(*NOT_FOUND)
+    session.robot.ask("DELETE", path).checked(*NOT_FOUND)
 
 
 def set_state(session: CheckUpSession, state: RobotState) -> None:
@@ -176,7 +176,7 @@ def set_state(session: CheckUpSession, state: RobotState) -> None:
 
 def read_item(session: CheckUpSession, queue_id: int) -> parse.Object:
     """Empty if there is none. Raises RobotError."""
-    answer = session.robot.get(f"{QUEUE}/{queue_id}").checked(*NOT_THERE)
+    answer = session.robot.get(f"{QUEUE}/{queue_id}").checked(*NOT_FOUND)
     if not answer.is_good:
         return {}
     item = answer.one

@@ -5,13 +5,13 @@ from __future__ import annotations
 import logging
 import math
 import threading
+from contextlib import suppress
 from datetime import date
 
 from app.database.backups import daily_backup
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.domain.clock import Clock
-from app.domain.message import Message
 from app.services.live.alarms import Alarms
 
 log = logging.getLogger(__name__)
@@ -27,32 +27,24 @@ class DailyBackup:
         self._made_on: date | None = None
         self._not_before = -math.inf  # monotonic
         self._thread: threading.Thread | None = None
-        self._problem: Message | None = None  # of the last one, not reported yet; empty: it succeeded
 
     def tick(self) -> None:
         if self._thread and self._thread.is_alive():
             return
-        self._report()
         if self._clock.now().date() != self._made_on and self._clock.monotonic() >= self._not_before:
             self._thread = threading.Thread(target=self.run, name="backup", daemon=True)
             self._thread.start()
 
     def run(self) -> None:
-        """Make today's backup unless it exists."""
+        """Make today's backup unless it exists. There is an alarm as long as it can't be made."""
         now = self._clock.now()
         try:
-            made = daily_backup(self._db.path, now)
+            if made := daily_backup(self._db.path, now):
+                log.info("Backup %s made", made.name)
+            self._alarms.clear("backup_failed", "backup")
+            self._made_on = now.date()
         except DatabaseError as error:
             log.warning("%s", error)
-            self._problem, self._not_before = error.message, self._clock.monotonic() + AGAIN_AFTER
-        else:
-            if made:
-                log.info("Backup %s made", made.name)
-            self._problem, self._made_on = "", now.date()
-
-    def _report(self) -> None:
-        problem, self._problem = self._problem, None
-        if problem:
-            self._alarms.raise_("backup_failed", "backup", problem=problem)
-        elif problem is not None:
-            self._alarms.clear("backup_failed", "backup")
+            self._not_before = self._clock.monotonic() + AGAIN_AFTER
+            with suppress(DatabaseError):
+                self._alarms.raise_("backup_failed", "backup", problem=error.message)

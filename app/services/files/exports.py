@@ -87,15 +87,11 @@ class DataFiles:
         return target
 
     # ------------------------------------------------------------------ in
-    def import_configuration(self, path: str, *, may_delete: bool = False) -> Sequence[Message] | DeletesRuns:
-        """Import a configuration file, completely or not at all. Returns what was added or changed, one sentence each,
-        or what has to be confirmed first."""
-        try:
-            return configuration.import_configuration(
-                self._catalogue, read_file(self._resolved(path)), may_delete=may_delete
-            )
-        except DeletesRuns as question:
-            return question
+    def import_configuration(self, path: str, *, may_delete: bool = False) -> Sequence[Message]:
+        """Import a configuration file, completely or not at all. Returns what was added or changed, one sentence each.
+        Raises DeletesRuns where that has to be confirmed first."""
+        content = read_file(self._resolved(path))
+        return configuration.import_configuration(self._catalogue, content, may_delete=may_delete)
 
     def preview_import(self, path: str) -> tuple[Sequence[Message], DeletesRuns | None]:
         """What an import would add or change, and which runs it would delete; nothing is changed."""

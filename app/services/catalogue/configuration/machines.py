@@ -84,33 +84,30 @@ class Machines:
     # ------------------------------------------------------------------ compared
     def _check_addresses(self) -> None:
         edit = self._edit
-        robots = {robot.name: robot for robot in edit.robots.all(edit.c)}
-        fleets = {fleet.name: fleet for fleet in edit.fleets.all(edit.c)}
+        present: list[Robot | Fleet] = [*edit.fleets.all(edit.c), *edit.robots.all(edit.c)]
+        named = {(type(each), each.name): each for each in present}
         in_file = {item.values["name"] for item, _stored in self._robots}
-        for item, before in self._fleets:
-            with placed(item):
-                fleet_edit.check_is_no_other(edit, fleets[item.values["name"]], before)
-        for item, stored in self._robots:
-            robot = robots[item.values["name"]]
-            if stored is None or robot.address != stored.address:
-                with placed(item):
-                    if robot.fleet is None:
-                        validation.check_address_is_free(robot.address, fleets.values())
-                    _check_is_no_other(robot, robots.values(), in_file if stored is None else robots)
+        for kind, found in ((Fleet, self._fleets), (Robot, self._robots)):
+            for item, before in found:
+                it = named[kind, item.values["name"]]
+                if before is None or it.address != before.address:
+                    with placed(item):
+                        _check_is_no_other(it, present, in_file if before is None else None)
 
 
-def _check_is_no_other(robot: Robot, others: Iterable[Robot], known: Collection[str]) -> None:
-    """One that is not ``known`` by its name may be the same one, renamed."""
+def _check_is_no_other(it: Robot | Fleet, others: Iterable[Robot | Fleet], known: Collection[str] | None) -> None:
+    """A robot that is not ``known`` by its name may be the same one, renamed."""
     for other in others:
         try:
-            validation.check_is_no_other(robot, [other])
+            validation.check_is_no_other(it, [other])
         except InvalidInput as problem:
-            if other.name in known or problem.field != "address":
+            may_be_renamed = isinstance(it, Robot) and isinstance(other, Robot) and problem.field == "address"
+            if not may_be_renamed or known is None or other.name in known:
                 raise
             raise InvalidInput(
                 "address",
                 "{name} has the address of {robot}, which is configured already: if it is the same one, "
                 "write {robot} in the file",
-                name=robot.name,
+                name=it.name,
                 robot=other.name,
             ) from problem
