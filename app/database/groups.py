@@ -77,36 +77,29 @@ class PlaceRepository(Table[Place]):
 
     def add(self, c: sqlite3.Connection, place: Place) -> Place:
         added = super().add(c, place)
-        _add_uses(c, ((mission_id, added.id) for mission_id in added.missions))
+        _use(c, "place_id", added.id, {(mission_id, added.id) for mission_id in added.missions})
         return added
 
     def update(self, c: sqlite3.Connection, place: Place) -> None:
         super().update(c, place)
-        used, wanted = set(_ids(c, _MISSIONS_OF_PLACE, place.id)), set(place.missions)
-        _drop_uses(c, ((mission_id, place.id) for mission_id in used - wanted))
-        _add_uses(c, ((mission_id, place.id) for mission_id in wanted - used))
+        _use(c, "place_id", place.id, {(mission_id, place.id) for mission_id in place.missions})
 
     def used_by(self, c: sqlite3.Connection, mission_id: int) -> set[int]:
         """The ids of the places that a mission uses."""
-        return set(_ids(c, "SELECT place_id FROM current_mission_places WHERE mission_id = ?", mission_id))
+        return {place_id for _mission_id, place_id in _uses(c, "mission_id", mission_id)}
 
     def use(self, c: sqlite3.Connection, mission_id: int, place_ids: Iterable[int]) -> None:
         """These, and no others."""
-        wanted, used = set(place_ids), self.used_by(c, mission_id)
-        _drop_uses(c, ((mission_id, place_id) for place_id in used - wanted))
-        _add_uses(c, ((mission_id, place_id) for place_id in wanted - used))
+        _use(c, "mission_id", mission_id, {(mission_id, place_id) for place_id in place_ids})
 
 
-_MISSIONS_OF_PLACE = "SELECT mission_id FROM current_mission_places WHERE place_id = ? ORDER BY mission_id"
+def _uses(c: sqlite3.Connection, column: str, id_: int) -> set[tuple[int, int]]:
+    """Which mission uses which place, for one of either."""
+    rows = c.execute(f"SELECT mission_id, place_id FROM current_mission_places WHERE {column} = ?", (id_,))
+    return {(row[0], row[1]) for row in rows}
 
 
-def _ids(c: sqlite3.Connection, query: str, of: int) -> list[int]:
-    return [row[0] for row in c.execute(query, (of,))]
-
-
-def _add_uses(c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
-    c.executemany("INSERT INTO mission_places (mission_id, place_id) VALUES (?, ?)", uses)
-
-
-def _drop_uses(c: sqlite3.Connection, uses: Iterable[tuple[int, int]]) -> None:
-    c.executemany("DELETE FROM mission_places WHERE mission_id = ? AND place_id = ?", uses)
+def _use(c: sqlite3.Connection, column: str, id_: int, wanted: set[tuple[int, int]]) -> None:
+    used = _uses(c, column, id_)
+    c.executemany("DELETE FROM mission_places WHERE mission_id = ? AND place_id = ?", used - wanted)
+    c.executemany("INSERT INTO mission_places (mission_id, place_id) VALUES (?, ?)", wanted - used)

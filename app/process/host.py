@@ -10,9 +10,9 @@ import queue
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from functools import partial
 
 from app import NAME, __version__
 from app.container import Container
@@ -26,16 +26,14 @@ from app.process.service_manager import notify, watchdog
 from app.process.tablet_readings import readings
 from app.process.terminal import STOPPING, print_without_waiting
 from app.services.files.daily_backup import DailyBackup
-from app.services.live.alarms import Alarms
 from app.services.live.changes import CachedUntilChanged, Topic
-from app.services.live.tablet_troubles import TabletTroubles
+from app.services.live.tablet_troubles import Details, TabletTroubles, Trouble
 
 log = logging.getLogger(__name__)
 
 FILES_OF_THE_APP = 100  # open at a time: database, log, commands, check-ups, the window
 FILES_OF_A_ROBOT = 3  # its connection, and two of its thread's to the database
 
-Details = Mapping[str, Any]
 DemoFleet = tuple[Sequence[tuple[str, str]], Mapping[str, str]]  # names and addresses of robots, guids of missions
 
 
@@ -123,10 +121,11 @@ def watch(container: Container, lock: InstanceLock) -> None:
         lambda: sum(robot.enabled for robot in container.catalogue.robots()), container.changes, Topic.ROBOTS
     )
     for name, code, find in (
-        ("Watching the lock", "lock_lost", lambda: None if lock.is_in_place else {"path": str(lock.path)}),
-        ("Counting open files", "too_few_files", lambda: too_few_files(robots(), most_open_files())),
+        ("Watching the lock", "lock_lost", lambda _is_on: None if lock.is_in_place else {"path": str(lock.path)}),
+        ("Counting open files", "too_few_files", lambda _is_on: too_few_files(robots(), most_open_files())),
     ):
-        chore = _alarm_while(container.alarms, code, find)
+        trouble = Trouble(container.alarms, code, find, 0, 0, key="app")
+        chore = partial(trouble.look, 0.0)  # the alarm comes and ends at once, whatever the time
         chore()
         container.engine.add_chore(name, chore)
 
@@ -145,22 +144,6 @@ def watch_tablet(container: Container) -> None:
         robots=robots,
     )
     container.engine.add_chore("Watching the tablet", troubles.tick)
-
-
-def _alarm_while(alarms: Alarms, code: str, find: Callable[[], Details | None]) -> Callable[[], None]:
-    """A chore that raises the alarm when ``find`` returns its details, and ends it when that returns None."""
-    last: Details | None = {}  # so that the first tick ends an alarm of an earlier run
-
-    def chore() -> None:
-        nonlocal last
-        now = find()
-        if now is None and last is not None:
-            alarms.clear(code, "app")
-        elif now is not None and now != last:
-            alarms.raise_(code, "app", **now)
-        last = now
-
-    return chore
 
 
 def too_few_files(robots: int, allowed: int | None) -> Details | None:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, timedelta
+from typing import Any
 
 from app.domain.clock import Clock
 from app.domain.models import Connection
@@ -23,7 +24,7 @@ AN_ANSWER_MAY_BE_UNDER_WAY = timedelta(seconds=5)  # when the network goes
 OTHERS_EVERY = 10.0  # s; the network is looked at every time
 KEY = "tablet"  # of these alarms
 
-Details = Mapping[str, int]
+Details = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,16 @@ class Trouble:
     returns the details while there is a cause; it gets whether the alarm is on."""
 
     def __init__(
-        self, alarms: Alarms, code: str, find: Callable[[bool], Details | None], comes_after: float, goes_after: float
+        self,
+        alarms: Alarms,
+        code: str,
+        find: Callable[[bool], Details | None],
+        comes_after: float,
+        goes_after: float,
+        key: str = KEY,
     ) -> None:
         self.is_on: bool | None = None  # None: there may be an alarm of an earlier run
-        self._alarms, self._code, self._find = alarms, code, find
+        self._alarms, self._code, self._find, self._key = alarms, code, find, key
         self._comes_after, self._goes_after = comes_after, goes_after
         self._was_found: bool | None = None
         self._since = 0.0  # when the cause came or went last
@@ -72,10 +79,10 @@ class Trouble:
             self._was_found, self._since = is_found, monotonic
         lasted = monotonic - self._since
         if details is not None and details != self._details and (self.is_on or lasted >= self._comes_after):
-            self._alarms.raise_(self._code, KEY, **details)
+            self._alarms.raise_(self._code, self._key, **details)
             self._details, self.is_on = details, True
         elif details is None and self.is_on is not False and lasted >= self._goes_after:
-            self._alarms.clear(self._code, KEY)
+            self._alarms.clear(self._code, self._key)
             self._details, self.is_on = None, False
 
 
