@@ -121,7 +121,7 @@ def test_a_key_that_appears_twice_among_many_is_found_at_once(container):
 
 @pytest.mark.parametrize(("section", "most"), [("robots", 3), ("missions", 4), ("schedules", 5)])
 def test_there_is_room_for_so_many(container, monkeypatch, section, most):
-    monkeypatch.setattr(importing, f"MOST_{section.upper()}", most)
+    monkeypatch.setitem(importing.MOST, section, (importing.MOST[section][0], most))
     one = {
         "robots": {},
         "missions": {"guid": "g"},

@@ -9,8 +9,7 @@ import json
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 from app.domain.json_parts import has_too_many_parts
 from app.domain.models import InvalidInput
@@ -22,17 +21,11 @@ OBJECTS = ("settings", "display", "calendar")  # sections that are not lists
 LARGEST_FILE = 5 * 1024 * 1024  # bytes
 
 
-@dataclass(frozen=True)
-class Document:
-    settings: Item
-    display: Item
-    calendar: Item  # its "days" are a list of Item
-    fleets: Sequence[Item]
-    robots: Sequence[Item]
-    groups: Sequence[Item]
-    places: Sequence[Item]
-    missions: Sequence[Item]
-    schedules: Sequence[Item]
+class Document(NamedTuple):
+    """By section. The "days" of the calendar are a list of Item."""
+
+    objects: Mapping[str, Item]
+    lists: Mapping[str, Sequence[Item]]
 
 
 def read(content: bytes) -> Document:
@@ -42,13 +35,14 @@ def read(content: bytes) -> Document:
         raise InvalidInput("file", "the file has to hold one JSON object")
     _check_format(root)
     check_keys("", root, {"format", *SECTIONS})
-    objects: dict[str, Any] = {
-        section: read_object(section, root.get(section, {}), fields)
-        if section in OBJECTS
-        else read_objects(section, root.get(section, []), fields)
-        for section, fields in SECTIONS.items()
-    }
-    return Document(**objects)
+    return Document(
+        {section: read_object(section, root.get(section, {}), SECTIONS[section]) for section in OBJECTS},
+        {
+            section: read_objects(section, root.get(section, []), fields)
+            for section, fields in SECTIONS.items()
+            if section not in OBJECTS
+        },
+    )
 
 
 # ---------------------------------------------------------------------- JSON

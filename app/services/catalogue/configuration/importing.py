@@ -11,7 +11,18 @@ from typing import Any
 
 from app.domain import names
 from app.domain.message import Message, message
-from app.domain.models import DayException, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule, existing
+from app.domain.models import (
+    DayException,
+    Fleet,
+    Group,
+    IdleRule,
+    InvalidInput,
+    Mission,
+    Place,
+    Robot,
+    Schedule,
+    existing,
+)
 from app.services.catalogue import (
     group_edit,
     mission_edit,
@@ -33,7 +44,14 @@ from app.services.planning import public_holidays
 from app.services.planning.recurrence import check_has_instants
 
 # So many are written within a second, in which no one else can write.
-MOST_FLEETS, MOST_ROBOTS, MOST_GROUPS, MOST_PLACES, MOST_MISSIONS, MOST_SCHEDULES = 20, 500, 100, 100, 2000, 2000
+MOST: Mapping[str, tuple[type, int]] = {
+    "fleets": (Fleet, 20),
+    "robots": (Robot, 500),
+    "groups": (Group, 100),
+    "places": (Place, 100),
+    "missions": (Mission, 2000),
+    "schedules": (Schedule, 2000),
+}
 
 
 class DeletesRuns(InvalidInput):
@@ -71,7 +89,7 @@ def preview(catalogue: Catalogue, content: bytes) -> tuple[list[Message], Delete
 
 
 def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
-    limit: int | None = document.settings.values.get("history_limit")
+    limit: int | None = document.objects["settings"].values.get("history_limit")
     count = 0 if limit is None else catalogue.runs_beyond(limit)
     return DeletesRuns(limit, count) if limit is not None and count else None
 
@@ -79,11 +97,11 @@ def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
 def _look_up(catalogue: Catalogue, document: Document) -> None:
     """What may take seconds is known before the transaction, in which others have to wait: where a COUNT ends, and
     holidays, which are in a large library."""
-    if country := document.calendar.changes.get("holiday_country"):
+    if country := document.objects["calendar"].changes.get("holiday_country"):
         public_holidays.subdivisions(country)
     stored = {schedule.name: schedule for schedule in catalogue.schedules()}
-    zone = document.settings.changes.get("timezone", catalogue.settings().timezone)
-    for item in document.schedules:
+    zone = document.objects["settings"].changes.get("timezone", catalogue.settings().timezone)
+    for item in document.lists["schedules"]:
         times = {
             name: value
             for name, value in item.changes.items()
@@ -119,23 +137,24 @@ class _Import:
 
     def run(self) -> list[Message]:
         """Settings first, as new schedules take their defaults from them; idle rules after the missions that they name."""
+        objects, lists = self._document
         self._check_room()
-        _check_no_doubles(self._document)
+        _check_no_doubles(lists)
         setting_lines = [
-            *self._settings(self._document.settings, self._document.settings.changes),
-            *self._different(self._document.display, self._document.display.changes),
+            *self._settings(objects["settings"], objects["settings"].changes),
+            *self._different(objects["display"], objects["display"].changes),
+            *self._calendar(objects["calendar"]),
         ]
-        setting_lines += self._calendar(self._document.calendar)
         machines = Machines(self._edit, self._document)
         machines.take()
-        group_lines = self._each(self._document.groups, self._group)
-        place_lines = self._each(self._document.places, self._place)
+        group_lines = self._each(lists["groups"], self._group)
+        place_lines = self._each(lists["places"], self._place)
         self._place_ids = self._edit.places.ids(self._edit.c)
-        mission_lines = self._each(self._document.missions, self._mission)
-        for item in self._document.robots:
+        mission_lines = self._each(lists["missions"], self._mission)
+        for item in lists["robots"]:
             self._idle_rule(item)
-        self._taken |= {item.values["name"] for item in self._document.schedules if item.values.get("name")}
-        schedule_lines = self._each(self._document.schedules, self._schedule)
+        self._taken |= {item.values["name"] for item in lists["schedules"] if item.values.get("name")}
+        schedule_lines = self._each(lists["schedules"], self._schedule)
         self._check_room()
         runners = parameter_check.Runners(self._edit.c)
         self._asked.judge(
@@ -153,16 +172,9 @@ class _Import:
 
     def _check_room(self) -> None:
         """Each robot takes a thread, and each schedule time at every change of working days."""
-        edit, document = self._edit, self._document
-        for section, items, repository, most in (
-            ("fleets", document.fleets, edit.fleets, MOST_FLEETS),
-            ("robots", document.robots, edit.robots, MOST_ROBOTS),
-            ("groups", document.groups, edit.groups, MOST_GROUPS),
-            ("places", document.places, edit.places, MOST_PLACES),
-            ("missions", document.missions, edit.missions, MOST_MISSIONS),
-            ("schedules", document.schedules, edit.schedules, MOST_SCHEDULES),
-        ):
-            if items and max(len(items), repository.count(edit.c)) > most:
+        for section, items in self._document.lists.items():
+            kind, most = MOST[section]
+            if items and max(len(items), self._edit.tables[kind].count(self._edit.c)) > most:
                 raise InvalidInput(
                     section,
                     "{section}: this file would make more than the {most} allowed",
@@ -344,16 +356,10 @@ def _day(item: Item) -> DayException:
         return validation.day_exception(DayException(**{"last_day": item.values["first_day"], **item.changes}))
 
 
-def _check_no_doubles(document: Document) -> None:
+def _check_no_doubles(lists: Mapping[str, Sequence[Item]]) -> None:
     """Names are the identity, so one file can't describe the same object twice."""
-    for items, keys in (
-        (document.fleets, ("name",)),
-        (document.robots, ("name",)),
-        (document.groups, ("name",)),
-        (document.places, ("name",)),
-        (document.missions, ("name", "robot")),
-        (document.schedules, ("name",)),
-    ):
+    for section, items in lists.items():
+        keys = ("name", "robot") if section == "missions" else ("name",)
         seen: set[tuple[object, ...]] = set()
         for item in items:
             identity = tuple(item.values.get(key) for key in keys)

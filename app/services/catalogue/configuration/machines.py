@@ -20,8 +20,8 @@ T = TypeVar("T", Fleet, Robot)
 class Machines:
     def __init__(self, edit: Edit, document: Document) -> None:
         self._edit = edit
-        self._fleets = [(item, edit.fleets.by_name(edit.c, item.values["name"])) for item in document.fleets]
-        self._robots = [(item, edit.robots.by_name(edit.c, item.values["name"])) for item in document.robots]
+        self._fleets = [(item, edit.fleets.by_name(edit.c, item.values["name"])) for item in document.lists["fleets"]]
+        self._robots = [(item, edit.robots.by_name(edit.c, item.values["name"])) for item in document.lists["robots"]]
 
     def take(self) -> None:
         """Add and change all of them. Raises InvalidInput."""
