@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+
 import pytest
 
+from app.container import Container
 from app.services.files.daily_backup import AGAIN_AFTER, DailyBackup
+from tests.support.clock import VirtualClock
 
 DAY = 24 * 3600.0
 
 
 @pytest.fixture
-def backup(site) -> DailyBackup:
-    c = site.container
-    return DailyBackup(c.db, c.clock, c.alarms)
+def container(tmp_path) -> Iterator[Container]:
+    """With the thread that writes in the app, as backups are made on one of their own."""
+    container = Container.open(tmp_path, VirtualClock())
+    yield container
+    container.close()
+
+
+@pytest.fixture
+def backup(container) -> DailyBackup:
+    return DailyBackup(container.db, container.clock, container.alarms)
 
 
 def tick(backup: DailyBackup) -> None:
@@ -22,32 +34,36 @@ def tick(backup: DailyBackup) -> None:
         backup._thread.join()
 
 
-def made(site) -> list[str]:
-    return sorted(file.name for file in (site.directory / "backups").glob("*.db"))
+def made(container) -> list[str]:
+    return sorted(file.name for file in backups_of(container).glob("*.db"))
 
 
-def test_one_each_day_and_the_oldest_are_dropped(site, backup):
+def backups_of(container) -> Path:
+    return container.db.path.parent / "backups"
+
+
+def test_one_each_day_and_the_oldest_are_dropped(container, backup):
     for _ in range(9):
         tick(backup)
         thread = backup._thread
         tick(backup)
         assert backup._thread is thread
-        site.clock.advance(DAY)
-    assert made(site) == [f"daily-2026-11-{day}.db" for day in range(25, 31)] + ["daily-2026-12-01.db"]
+        container.clock.advance(DAY)
+    assert made(container) == [f"daily-2026-11-{day}.db" for day in range(25, 31)] + ["daily-2026-12-01.db"]
 
 
-def test_one_that_fails_is_alarmed_and_tried_again_later(site, backup):
-    (site.directory / "backups").write_text("in the way")
+def test_one_that_fails_is_alarmed_and_tried_again_later(container, backup):
+    backups_of(container).write_text("in the way")
     tick(backup)
     tick(backup)
-    (alarm,) = site.container.alarms.open()
+    (alarm,) = container.alarms.open()
     assert (alarm.code, alarm.cleared_at) == ("backup_failed", None)
-    (site.directory / "backups").unlink()
+    backups_of(container).unlink()
     tick(backup)
-    assert made(site) == []  # not at every look
-    site.clock.advance(AGAIN_AFTER)
+    assert made(container) == []  # not at every look
+    container.clock.advance(AGAIN_AFTER)
     tick(backup)
     tick(backup)
-    assert made(site) == ["daily-2026-11-23.db"]
-    (alarm,) = site.container.alarms.open()
+    assert made(container) == ["daily-2026-11-23.db"]
+    (alarm,) = container.alarms.open()
     assert alarm.cleared_at
