@@ -146,6 +146,11 @@ class Edit:
         if before is None or any(getattr(it, name, None) != getattr(before, name, None) for name in _OF_A_MACHINE):
             validation.check_is_no_other(it, [*self.fleets.all(self.c), *self.robots.all(self.c)])
 
+    def note(self, line: str, *topics: Topic) -> None:
+        """What is changed: for the log, and for those who show it."""
+        self.notes.append(line)
+        self.topics.update(topics)
+
     # ------------------------------------------------------------------ what follows from a change
     def hide(self, removed: Removed, schedules: Sequence[Schedule] = ()) -> Removed:
         """Hide what is named by its ids, and these schedules with it."""

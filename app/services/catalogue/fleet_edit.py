@@ -88,8 +88,7 @@ def remove(edit: Edit, fleet_id: int) -> Removed:
     of_robots = [robot_edit.remove(edit, robot_id) for robot_id in robot_ids]
     for code in ("needs_password", "check_up_left"):
         edit.end_alarm(code, f"fleet:{fleet_id}")
-    edit.notes.append(f"fleet {fleet.name!r} removed, and {len(robot_ids)} robots with it")
-    edit.topics.add(Topic.ROBOTS)
+    edit.note(f"fleet {fleet.name!r} removed, and {len(robot_ids)} robots with it", Topic.ROBOTS)
     own = edit.hide(Removed(edit.now, {Fleet: [fleet_id]}, token=fleet.token))
     ids: dict[type, list[int]] = {
         kind: [id_ for each in of_robots for id_ in each.ids[kind]] for kind in (Robot, Mission, Schedule)

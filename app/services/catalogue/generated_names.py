@@ -52,8 +52,7 @@ def _rename(edit: Edit, schedules: Sequence[Schedule], made_of: Mapping[int, tup
         if names.is_generated(schedule.name, *before) and not names.is_generated(schedule.name, *now):
             name = next(name for name in free.setdefault(now, names.generated(*now)) if name not in taken)
             edit.schedules.update(edit.c, replace(schedule, name=name))
-            edit.notes.append(f"schedule {schedule.name!r} changed: name {schedule.name!r} → {name!r}")
-            edit.topics.add(Topic.SCHEDULES)
+            edit.note(f"schedule {schedule.name!r} changed: name {schedule.name!r} → {name!r}", Topic.SCHEDULES)
 
 
 class Unnamed:

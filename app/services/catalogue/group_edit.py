@@ -34,11 +34,11 @@ def save(edit: Edit, group: Group, *, may_be_empty: bool = False) -> Group:
         generated_names.rename_for_robot(edit, stored.name, group)
         for robot_id in set(stored.members) - set(group.members):
             unassign(edit, robot_id, group.id)
-    edit.notes.append(
+    edit.note(
         f"group {group.name!r} {'added' if stored is None else 'changed'}: {len(group.members)} robots, "
-        f"{group.hand_over}, {group.keep_free} kept free"
+        f"{group.hand_over}, {group.keep_free} kept free",
+        Topic.ROBOTS,
     )
-    edit.topics.add(Topic.ROBOTS)
     return group
 
 
@@ -75,8 +75,7 @@ def remove(edit: Edit, group_id: int) -> Removed:
     group, schedules = edit.the(Group, group_id), edit.schedules.for_group(edit.c, group_id)
     starts = edit.end_starts_of(schedules)
     starts += _end_waiting(edit, group, {"removed": group.name})
-    edit.notes.append(f"group {group.name!r} removed, and {len(schedules)} schedules with it")
-    edit.topics |= {Topic.ROBOTS, Topic.SCHEDULES}
+    edit.note(f"group {group.name!r} removed, and {len(schedules)} schedules with it", Topic.ROBOTS, Topic.SCHEDULES)
     return edit.hide(Removed(edit.now, {Group: [group_id]}, starts=starts), schedules)
 
 
@@ -119,8 +118,10 @@ def save_place(edit: Edit, place: Place) -> Place:
         place = edit.places.add(edit.c, place)
     else:
         edit.places.update(edit.c, place)
-    edit.notes.append(f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions")
-    edit.topics.add(Topic.MISSIONS)
+    edit.note(
+        f"place {place.name!r} {'added' if stored is None else 'changed'}: at most {place.most} missions",
+        Topic.MISSIONS,
+    )
     return place
 
 
@@ -129,14 +130,12 @@ def use_places(edit: Edit, mission: Mission, place_ids: Collection[int]) -> bool
     if edit.places.used_by(edit.c, mission.id) == set(place_ids):
         return False
     edit.places.use(edit.c, mission.id, place_ids)
-    edit.notes.append(f"mission {mission.name!r} uses {len(place_ids)} places")
-    edit.topics.add(Topic.MISSIONS)
+    edit.note(f"mission {mission.name!r} uses {len(place_ids)} places", Topic.MISSIONS)
     return True
 
 
 def remove_place(edit: Edit, place_id: int) -> Removed:
     """Missions that used it stay."""
     place = edit.the(Place, place_id)
-    edit.notes.append(f"place {place.name!r} removed")
-    edit.topics.add(Topic.MISSIONS)
+    edit.note(f"place {place.name!r} removed", Topic.MISSIONS)
     return edit.hide(Removed(edit.now, {Place: [place_id]}))

@@ -77,9 +77,10 @@ def remove(edit: Edit, mission_id: int) -> Removed:
     mission = edit.the(Mission, mission_id)
     if mission.robot_id is not None and (general := edit.missions.by_name(edit.c, mission.name)):
         _replace(edit, mission_id, general.id, mission.robot_id)
-    is_idle_mission = robot_edit.withdraw_idle_of(edit, mission_id)
+    robot_edit.withdraw_idle_of(edit, mission_id)
     schedules = edit.schedules.for_mission(edit.c, mission_id)
     starts = edit.end_starts_of(schedules)
-    edit.notes.append(f"mission {mission.name!r} removed, and {len(schedules)} schedules with it")
-    edit.topics |= {Topic.MISSIONS, Topic.SCHEDULES} | ({Topic.ROBOTS} if is_idle_mission else set())
+    edit.note(
+        f"mission {mission.name!r} removed, and {len(schedules)} schedules with it", Topic.MISSIONS, Topic.SCHEDULES
+    )
     return edit.hide(Removed(edit.now, {Mission: [mission_id]}, starts=starts), schedules)

@@ -15,7 +15,7 @@ from app.domain.clock import MOMENT
 from app.domain.models import InvalidInput, Schedule
 from app.services.catalogue import change_log, schedule_edit, validation
 from app.services.catalogue.catalogue import Catalogue, Edit
-from app.services.catalogue.pausing import check_is_to_come, leave_out, note
+from app.services.catalogue.pausing import OF_STARTS, check_is_to_come, leave_out
 from app.services.planning.recurrence import next_occurrence, to_utc
 
 
@@ -107,7 +107,7 @@ def _move(
             edit.schedules.unskip(edit.c, shown.id, instant)
         edit.schedules.hold(edit.c, after.id, at)
     moved = f"the start at {change_log.moment(instant)} is moved to {change_log.moment(at)}"
-    note(edit, f"schedule {whole.name!r}: {moved} on {edit.target_of(changed).name!r}")
+    edit.note(f"schedule {whole.name!r}: {moved} on {edit.target_of(changed).name!r}", *OF_STARTS)
     return Moved(shown, instant, after, at)
 
 

@@ -17,6 +17,8 @@ from app.services.catalogue.catalogue import Catalogue, Edit
 from app.services.live.changes import Topic
 from app.services.planning.recurrence import next_occurrence
 
+OF_STARTS = (Topic.SCHEDULES, Topic.EXECUTIONS)
+
 
 class Pausing:
     def __init__(self, catalogue: Catalogue) -> None:
@@ -36,7 +38,7 @@ class Pausing:
             reason = Reason(ReasonCode.HOLD, {"skipped_at": now.isoformat()})
             edit.executions.add_once(c, rules.ended(row, reason, max(instant, now)))
             leave_out(edit, schedule, instant)
-            note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is skipped")
+            edit.note(f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is skipped", *OF_STARTS)
 
         self._catalogue.edit(work)
 
@@ -57,7 +59,10 @@ class Pausing:
             if must_run and next_occurrence(schedule, instant - MOMENT, edit.calendar) != instant:
                 raise InvalidInput("schedule", "this schedule no longer has this start")
             schedule_edit.put_back(edit, schedule, instant)
-            note(edit, f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more")
+            edit.note(
+                f"schedule {schedule.name!r}: the start at {change_log.moment(instant)} is not skipped any more",
+                *OF_STARTS,
+            )
 
         self._catalogue.edit(work)
 
@@ -85,14 +90,8 @@ def _pause(edit: Edit, schedule: Schedule, until: datetime | None) -> Schedule:
     for each in edit.with_moved([schedule]):
         edit.schedules.pause(edit.c, each.id, until)
     before, after = map(change_log.shown, (schedule.paused_until, until))
-    note(edit, f"schedule {schedule.name!r} changed: paused until {before} → {after}")
+    edit.note(f"schedule {schedule.name!r} changed: paused until {before} → {after}", *OF_STARTS)
     return replace(schedule, paused_until=until)
-
-
-def note(edit: Edit, line: str) -> None:
-    """For the log and for those who show starts."""
-    edit.notes.append(line)
-    edit.topics |= {Topic.SCHEDULES, Topic.EXECUTIONS}
 
 
 def check_is_to_come(edit: Edit, schedule: Schedule, instant: datetime) -> None:

@@ -114,12 +114,11 @@ def withdraw_idle(edit: Edit, robot: Robot) -> None:
         edit.robots.note_idle(edit.c, robot.id, None)
 
 
-def withdraw_idle_of(edit: Edit, mission_id: int) -> bool:
-    """The same of all robots that have this mission when idle; whether there are any."""
-    robots = edit.robots.select(edit.c, "WHERE idle.mission_id = ?", mission_id)
-    for robot in robots:
+def withdraw_idle_of(edit: Edit, mission_id: int) -> None:
+    """The same of all robots that have this mission when idle."""
+    for robot in edit.robots.select(edit.c, "WHERE idle.mission_id = ?", mission_id):
         withdraw_idle(edit, robot)
-    return bool(robots)
+        edit.topics.add(Topic.ROBOTS)
 
 
 def _note_idle(edit: Edit, robot: Robot, before: IdleRule | None) -> None:
@@ -152,14 +151,19 @@ def remove(edit: Edit, robot_id: int) -> Removed:
     starts = edit.executions.open_for(edit.c, robot_id)
     edit.apply(transitions.end(Event.REMOVE, row, reason) for row in starts)
     schedules = edit.schedules.for_robot(edit.c, robot_id)
-    edit.notes.append(f"robot {robot.name!r} removed, and {len(schedules)} schedules with it")
+    edit.note(
+        f"robot {robot.name!r} removed, and {len(schedules)} schedules with it",
+        Topic.ROBOTS,
+        Topic.MISSIONS,
+        Topic.SCHEDULES,
+        Topic.HOLDS,
+    )
     missions = [mission.id for mission in edit.missions.all(edit.c) if mission.robot_id == robot_id]
     member_of = edit.groups.of_robot(edit.c, robot_id)
     _clear_alarms(edit, robot_id)
     removed = edit.hide(
         Removed(edit.now, {Robot: [robot_id], Mission: missions}, starts=starts, token=robot.token), schedules
     )
-    edit.topics |= {Topic.ROBOTS, Topic.MISSIONS, Topic.SCHEDULES, Topic.HOLDS}
     return replace(removed, starts=[*starts, *group_edit.end_without_robots(edit, member_of)])
 
 

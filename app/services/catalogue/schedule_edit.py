@@ -255,8 +255,7 @@ def remove(edit: Edit, schedule_id: int) -> Removed:
     schedule = edit.the(Schedule, schedule_id)
     schedules = edit.with_moved([schedule])
     starts = edit.end_starts_of(schedules)
-    edit.notes.append(f"schedule {schedule.name!r} removed")
-    edit.topics.add(Topic.SCHEDULES)
+    edit.note(f"schedule {schedule.name!r} removed", Topic.SCHEDULES)
     return edit.hide(Removed(edit.now, {}, starts=starts), [schedule])
 
 

@@ -342,8 +342,7 @@ def wait_again(edit: Edit, execution_id: int) -> None:
     if _has_made_way(edit, row):
         raise InvalidInput("schedule", "the next start of its schedule is there already")
     _wait_again(edit, row)
-    edit.notes.append(f"#{row.id} {row.mission!r} waits again: its cancellation was undone")
-    edit.topics.add(Topic.EXECUTIONS)
+    edit.note(f"#{row.id} {row.mission!r} waits again: its cancellation was undone", Topic.EXECUTIONS)
 
 
 def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
@@ -354,5 +353,6 @@ def _plan_again(edit: Edit, row: Execution, schedule_id: int) -> None:
         edit.schedules.hold(edit.c, schedule_id, row.planned_at)
     if wanted(edit.c, replace(row, state=State.WAITING, reason=None), reopen=True).why is not None:
         raise InvalidInput("schedule", "its schedule has been changed since")
-    edit.notes.append(f"#{row.id} {row.mission!r} is planned again: its cancellation was undone")
-    edit.topics |= {Topic.EXECUTIONS, Topic.SCHEDULES}
+    edit.note(
+        f"#{row.id} {row.mission!r} is planned again: its cancellation was undone", Topic.EXECUTIONS, Topic.SCHEDULES
+    )
