@@ -27,9 +27,8 @@ from tests.support import targets  # noqa: E402
 from tests.support.new_database import migrate  # noqa: E402
 from tests.support.targets import TARGETS  # noqa: E402
 
-# No example is too slow, even on a busy machine. `.ci/run` uses the profile "ci" and `.ci/night` "thorough".
+# No example is too slow, even on a busy machine. `.ci/night` uses the profile "thorough", with examples that are new each time.
 settings.register_profile("quick", deadline=None, max_examples=12, derandomize=True)
-settings.register_profile("ci", deadline=None, max_examples=25)
 settings.register_profile("thorough", deadline=None, max_examples=100)
 settings.load_profile("quick")
 
@@ -67,10 +66,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
     """The tests of one file run in this process: they answer sooner, and a debugger works. Others have one process per core, and all of
-    them three, as those of threads, processes and windows wait: on two cores 2:22 instead of 3:06."""
+    them two, as those of threads, processes and windows wait."""
     files = {argument.partition("::")[0] for argument in config.args}
     if files == {"tests"}:
-        return (os.cpu_count() or 1) * 3
+        return (os.cpu_count() or 1) * 2
     return 0 if len(files) == 1 and Path(*files).is_file() else None
 
 

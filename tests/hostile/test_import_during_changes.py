@@ -33,6 +33,7 @@ def take(container: Container, **values: Any) -> None:
     import_file(container.catalogue, schedules=[{"name": f"S{number}", **rule} for number in range(MANY)])
 
 
+@pytest.mark.long
 def test_starts_that_fall_due_during_imports_are_made_once(container):
     take(container)
     ends = threading.Event()

@@ -24,6 +24,7 @@ from app.services.catalogue.configuration import import_configuration, importing
 from app.services.catalogue.configuration.document import LARGEST_FILE
 from tests.support.edits import import_file
 from tests.support.effort import calls_of_this_thread
+from tests.support.examples import first_of_each
 from tests.support.process import PATIENCE, run, running
 
 OFTEN = 8  # turns of the scheduler during the import; once or twice where that delays it
@@ -43,6 +44,7 @@ def document(schedules: list[dict[str, Any]], sections: dict[str, Any] | None = 
     ).encode()
 
 
+@pytest.mark.long
 def test_many_unnamed_schedules_do_not_take_long(container):
     """138 kB of them held the writer for a minute; it is less than a second."""
     content = document([{} for _ in range(1900)])
@@ -52,6 +54,7 @@ def test_many_unnamed_schedules_do_not_take_long(container):
     assert calls.number < 2_000_000
 
 
+@pytest.mark.long
 def test_unnamed_schedules_keep_their_names_in_any_order(container):
     fields = [{"priority": number} for number in range(300)]
     import_configuration(container.catalogue, document(fields))
@@ -145,6 +148,7 @@ def test_there_is_room_for_so_many(container, monkeypatch, section, most):
         import_configuration(container.catalogue, document([], {section: [named("x")]}))
 
 
+@pytest.mark.long
 def test_a_pipe_is_read_by_the_command(tmp_path):
     data, pipe = tmp_path / "data", tmp_path / "pipe"
     os.mkfifo(pipe)
@@ -190,11 +194,13 @@ def test_an_import_changes_and_withdraws_waiting_starts_like_an_edit(site):
 
 @pytest.mark.parametrize(
     ("name", "problem"),
-    [
-        ("big.json", "big.json is larger than 5 MiB; nothing was changed"),
-        ("gone.json", "there is no file .*gone.json; nothing was changed"),
-        (".", "can't be read: Is a directory; nothing was changed"),
-    ],
+    first_of_each(
+        {
+            "large": ("big.json", "big.json is larger than 5 MiB; nothing was changed"),
+            "missing": ("gone.json", "there is no file .*gone.json; nothing was changed"),
+            "directory": (".", "can't be read: Is a directory; nothing was changed"),
+        }
+    ),
 )
 def test_the_command_reads_no_more_than_the_screen_does(tmp_path, name, problem):
     (tmp_path / "big.json").write_bytes(b" " * (LARGEST_FILE + 1))

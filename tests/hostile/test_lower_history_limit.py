@@ -38,6 +38,7 @@ def kept(data: Path) -> int:
     return run(data, "--export-log", "-").stdout.count("R1,Deliver")
 
 
+@pytest.mark.long
 def test_the_command_asks_for_yes(data):
     refused = run(data, "--import-config", file(data, 1))
     assert refused.returncode == 2

@@ -199,6 +199,7 @@ def held(container, monkeypatch) -> list[int]:
     return lines
 
 
+@pytest.mark.long
 def test_a_change_of_working_days_holds_the_writer_briefly(container, held):
     schedules = [{"name": f"s{number}", "recurrence": "FREQ=DAILY"} for number in range(1000)]
     import_configuration(container.catalogue, document(schedules))

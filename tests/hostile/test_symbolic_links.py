@@ -217,10 +217,7 @@ PLANTED = ("scheduler.lock", "amr-scheduler.db", "logs/amr-scheduler.log")
 
 @pytest.mark.parametrize(
     ("arguments", "planted"),
-    first_of_each(
-        {f"{name}{arguments[0]}": (arguments, name) for arguments in COMMANDS for name in PLANTED},
-        lambda case: case[1],
-    ),
+    first_of_each({f"{name}{arguments[0]}": (arguments, name) for arguments in COMMANDS for name in PLANTED}),
 )
 def test_no_link_that_was_planted_in_ones_own_is_followed(prepared_by_others, precious, arguments, planted):
     for name in contents(prepared_by_others).keys() - {planted, "logs"}:

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 MODULES = (
     "home.facts",
@@ -27,6 +29,7 @@ def test_views_and_facts_import_no_kivy() -> None:
     assert done.stdout.strip() == "False"
 
 
+@pytest.mark.long
 def test_unit_tests_import_no_kivy() -> None:
     """It takes over the root logger and writes into the home directory, so other tests in the process would fail."""
     modules = [

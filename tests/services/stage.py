@@ -1,8 +1,8 @@
 """Stories: what people and the world do to a site, step by step, and what has to be true then.
 
 A step is a value that acts on a ``Stage``; a number is seconds that pass, a list is its steps, ``each`` is one of several. One case of a
-story is in the default run, which takes any of the values; all other combinations are ``long``. In the end no row is open and no start
-is on robots twice, unless the story says otherwise.
+story is in the default run, which takes any of the values, if it lasts 20 minutes at most or is the shortest of its table; all others are
+``long``. In the end no row is open and no start is on robots twice, unless the story says otherwise.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from tests.support.groups import Hall
 from tests.support.seen import sent_at
 
 DAY = 86400.0
+LASTS_BY_DAY = 1200.0  # s of a story's time
 RARELY = 5.0  # s between reads of a robot with something of ours, instead of 2
 BEGIN = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 
@@ -130,27 +131,38 @@ class Story:
         self.on = each(*([on] if isinstance(on, str) else on))
         self.stays_open, self.doubles, self.marks = stays_open, doubles, (mark,) if mark else ()
 
-    def cases(self) -> Iterator:
-        chosen = [self.on, *(one for one in self.steps if isinstance(one, Each))]
-        axes = [one.values for one in chosen]
+    @property
+    def axes(self) -> list[tuple]:
+        return [one.values for one in (self.on, *self.steps) if isinstance(one, Each)]
+
+    @property
+    def quick(self) -> tuple[int, ...]:
+        """The case that may be in the default run."""
         number = crc32(self.name.encode())  # the same in every process
-        quick = tuple(number % len(axis) for axis in axes)
+        return tuple(number % len(axis) for axis in self.axes)
+
+    def steps_of(self, chosen: tuple[int, ...]) -> list:
+        picks = iter(chosen[1:])
+        return [one.values[next(picks)] if isinstance(one, Each) else one for one in self.steps]
+
+    def lasts(self) -> float:
+        return seconds(self.steps_of(self.quick))
+
+    def cases(self, by_day: bool) -> Iterator:
+        axes, quick = self.axes, self.quick
         for chosen in product(*map(range, map(len, axes))):
             values = [axis[index] for axis, index in zip(axes, chosen, strict=True) if len(axis) > 1]
             labels = [self.name, *(said(value) for value in values)]
-            marks = self.marks if chosen == quick else (*self.marks, pytest.mark.long)
+            marks = self.marks if by_day and chosen == quick else (*self.marks, pytest.mark.long)
             yield pytest.param(self, chosen, id=", ".join(labels), marks=marks)
 
     def play(self, directory: Path, chosen: tuple[int, ...]) -> None:
-        on, *rest = chosen
-        picks = iter(rest)
-        steps = [one.values[next(picks)] if isinstance(one, Each) else one for one in self.steps]
-        s = Stage(directory, self.on.values[on], **self.site)
+        s = Stage(directory, self.on.values[chosen[0]], **self.site)
         with pytest.MonkeyPatch.context() as patch:
             if settings.default.max_examples <= 12:  # with the app's own pause, as in other profiles, a third more time
                 patch.setattr(worker, "LIVE_EVERY", RARELY)
             try:
-                play(s, *steps)
+                play(s, *self.steps_of(chosen))
                 still = [] if self.stays_open else [row.state for row in s.executions() if row.state.is_open]
                 assert still == [], f"still open: {s.said()}"
                 assert self.doubles or s.doubled() == [], f"twice: {s.said()}"
@@ -163,6 +175,13 @@ class Story:
 READ_OFTEN = Step("read often", lambda s: setattr(worker, "LIVE_EVERY", timing.LIVE_EVERY))
 
 
+def seconds(value) -> float:
+    """That pass in steps."""
+    if isinstance(value, list | tuple):
+        return sum(map(seconds, value))
+    return value if isinstance(value, int | float) else 0.0
+
+
 def said(value) -> str:
     """Of a case's name."""
     return " ".join(map(said, value)) if isinstance(value, list | tuple) else str(value)
@@ -171,7 +190,11 @@ def said(value) -> str:
 def cases_of(*stories: Story):
     """Makes a test of each case of them."""
 
-    @pytest.mark.parametrize(("story", "chosen"), [case for story in stories for case in story.cases()])
+    longest = max(LASTS_BY_DAY, min(story.lasts() for story in stories))
+
+    @pytest.mark.parametrize(
+        ("story", "chosen"), [case for story in stories for case in story.cases(story.lasts() <= longest)]
+    )
     def test(story: Story, chosen: tuple[int, ...], tmp_path: Path) -> None:
         story.play(tmp_path, chosen)
 

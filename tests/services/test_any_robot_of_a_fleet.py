@@ -183,9 +183,9 @@ def test_what_another_user_cancels_at_the_fleet_is_cancelled_before_it_began(sit
     [
         ("own user", ANY_VEHICLE, True, True),
         (None, ANY_VEHICLE, True, False),
-        (None, "1", True, True),
+        pytest.param(None, "1", True, True, marks=pytest.mark.long),
         pytest.param(None, "1", False, False, marks=pytest.mark.long),
-        ("own user", "1", False, True),
+        pytest.param("own user", "1", False, True, marks=pytest.mark.long),
     ],
 )
 def test_no_order_goes_to_a_fleet_that_could_be_another_one(site, identity, vehicle, serials, is_sent):

@@ -152,7 +152,9 @@ def test_a_copy_that_ends_between_two_polls_is_reported(site, vehicle):
     assert [alarm.code for alarm in site.container.alarms.open()] == ["duplicate_running"]
 
 
-@pytest.mark.parametrize(("returns_tokens", "mission"), [(True, "Home"), (False, "Deliver")])
+@pytest.mark.parametrize(
+    ("returns_tokens", "mission"), [(True, "Home"), pytest.param(False, "Deliver", marks=pytest.mark.long)]
+)
 def test_a_fleet_that_began_again_while_the_app_was_off_gets_no_start_twice(site, returns_tokens, mission):
     """The newest order that it took before shows it: its number is another's now. Without tokens and history, of one of
     another user for the same mission."""
@@ -205,6 +207,7 @@ def completed(site, robot_id):
     return row
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("returns_tokens", [False])
 def test_an_earlier_start_with_the_same_number_does_not_hide_an_order(site):
     """The fleet has begun its numbers again hours before."""
@@ -220,6 +223,7 @@ def test_an_earlier_start_with_the_same_number_does_not_hide_an_order(site):
     assert len(site.network.posts("R1")) == 5
 
 
+@pytest.mark.long
 def test_the_last_order_of_the_robot_itself_shows_whether_tokens_come_back(site):
     """Another robot's has a higher number, of before the fleet began its numbers again."""
     site.run(10)
@@ -244,6 +248,7 @@ def test_a_number_that_was_given_again_shows_nothing_about_tokens(site):
     is_sent_again_though_a_person_queues_the_same(site)
 
 
+@pytest.mark.long
 def test_an_earlier_order_that_can_be_read_in_lists_only_keeps_no_start_back(site):
     site.run(10)
     assert completed(site, 1).queue_id == 2  # the first is its check-up's, and the network counts from the app's

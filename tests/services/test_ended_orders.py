@@ -120,6 +120,7 @@ def test_a_start_that_was_lost_long_ago_hides_no_later_one(furnished):
     assert [site.container.ledger.get(row.id).state for row in (lost, later)] == [State.CANCELLED, State.COMPLETED]
 
 
+@pytest.mark.long
 def test_what_was_lost_before_the_app_was_killed_is_sent_again_though_the_mission_ran_long_before(furnished):
     site, robot = furnished()
     ran(site, robot)

@@ -30,6 +30,7 @@ def plan(hall, name, at="2026-11-23T06:05", **values):
     return hall.plan(name, at, **({"robot_id": 1, "group_id": None, "start_window_minutes": 60} | values))
 
 
+@pytest.mark.long
 def test_they_come_one_by_one_the_most_important_first(hall):
     for name, priority in zip("ABCD", (0, 2, -1, 1), strict=True):
         plan(hall, name, priority=priority)

@@ -73,7 +73,8 @@ def test_a_mission_is_started_once_and_the_command_is_done_whatever_takes_its_an
     assert done.stderr == "" or (is_one_line(done.stderr) and "done, but stdout can't be written" in done.stderr)
 
 
-@pytest.mark.parametrize("encoding", ["cp1252", *at_night("iso8859-1", "ascii:strict")])
+@pytest.mark.long
+@pytest.mark.parametrize("encoding", ["cp1252", "iso8859-1", "ascii:strict"])
 def test_the_answer_is_utf_8_in_any_locale(site, robot, encoding):
     done = in_shell('"$@"', command(site, "--run-now", "Hall", "Home"), PYTHONIOENCODING=encoding)
     assert (done.returncode, done.stderr, started(robot)) == (0, "", 1)
@@ -167,7 +168,8 @@ def _read(descriptor: int, said: list[bytes]) -> None:
             return
 
 
-@pytest.mark.parametrize("stopped", ["while it runs", *at_night("before it begins")])
+@pytest.mark.long
+@pytest.mark.parametrize("stopped", ["while it runs", "before it begins"])
 def test_a_blocked_terminal_delays_no_start_and_no_end(site, robot, stopped):
     with on_a_terminal(site) as (app, terminal, said):
         if stopped == "while it runs":
@@ -189,6 +191,7 @@ def test_lines_that_a_terminal_missed_come_when_it_continues(site, robot):
         check_it_ends(app)
 
 
+@pytest.mark.long
 def test_a_log_file_on_a_disk_that_hangs_delays_nothing(site, robot):
     """A pipe that is full stands for it."""
     logs = site / "logs"

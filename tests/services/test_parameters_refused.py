@@ -157,6 +157,7 @@ def test_a_mission_that_was_edited_on_the_robot_is_asked_again_before_anything_i
     assert site.states(after=900) == [State.COMPLETED]
 
 
+@pytest.mark.long
 def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_first_refusal(site, robot, mission):
     """What was remembered let it pass; the robot answered 500 without a word about the parameter."""
     before = {(robot.id, GO_TO_POSITION): (MissionParameter("Speed", default=1.0),)}

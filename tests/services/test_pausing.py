@@ -125,6 +125,7 @@ def test_a_deleted_schedule_is_reported(plant):
             act()
 
 
+@pytest.mark.long
 @given(st.integers(1, 14 * 24), st.integers(0, 14 * 24), st.integers(0, 23))
 def test_nothing_runs_within_a_pause_and_every_start_has_one_row(
     tmp_path_factory, pause_hours, resume_after_hours, minute_hour

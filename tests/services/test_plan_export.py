@@ -107,6 +107,7 @@ def test_without_schedules_it_is_an_empty_calendar(files):
     assert (lines[0], lines[1], lines[-2], lines[-1]) == (b"BEGIN:VCALENDAR", b"VERSION:2.0", b"END:VCALENDAR", b"")
 
 
+@pytest.mark.long
 def test_a_mission_every_minute_is_cut_and_says_so(container, files, monkeypatch):
     monkeypatch.setattr(plan_export, "MOST_EVENTS", 3000)  # more than the plan on screen would look through
     plan(container, recurrence="FREQ=MINUTELY", start=datetime(2026, 11, 20, 6, 0), respect_working_days=False)

@@ -122,6 +122,7 @@ def test_an_answer_lost_on_the_radio_does_not_make_run_now_send_twice(site, robo
     assert [f"{item['id']}\n" for item in queue_of(robot)] == [done.stdout]
 
 
+@pytest.mark.long
 def test_run_now_says_why_it_did_not_run(site, robot):
     import_configuration(site, {"missions": [{"name": "Fly", "guid": "00000000-1"}]})
     for wanted, code, words in (
@@ -151,6 +152,7 @@ def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
 
 
 # ---------------------------------------------------------------------- import and export while the app runs
+@pytest.mark.long
 def test_an_import_during_a_running_app_is_done_at_once_and_only_once(site, robot):
     schedules = {"schedules": [once_now(robot.name, "Home", "Now")]}
     with running(site):

@@ -17,6 +17,7 @@ def fleet():
         yield fleet
 
 
+@pytest.mark.long
 def test_a_robot_that_hangs_keeps_run_now_from_no_other_robot_of_its_group(tmp_path, fleet):
     """``--run-now Hall Home`` without a running app starts nothing as long as one robot of the group hangs, though two others are free: it
     looks at one after the other, and has forgotten the first when the last one has timed out. It gives up when the window closes."""

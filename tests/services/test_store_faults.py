@@ -15,7 +15,6 @@ from app.database.connection import DatabaseUnavailable, connect_for_reading
 from app.database.writer import ThreadedWriter, Writer
 from app.domain.execution import State
 from app.domain.models import Mission, Robot, Schedule
-from tests.support.examples import at_night
 from tests.support.network import Fate
 from tests.support.process import wait_for
 
@@ -144,7 +143,8 @@ class _FailsOnce:
         return self.usual(work, patient)
 
 
-@pytest.mark.parametrize("fate", [Fate.ANSWER_LOST, *at_night(Fate.FINE, Fate.LOST)])
+@pytest.mark.long
+@pytest.mark.parametrize("fate", [Fate.ANSWER_LOST, Fate.FINE, Fate.LOST])
 def test_whichever_write_fails_the_mission_runs_exactly_once(site, plan, fate):
     """The run is repeated with the first write failing, then the second, and so on, until it is over before the turn comes."""
     fail_at = 0

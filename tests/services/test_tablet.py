@@ -44,6 +44,7 @@ def test_it_moves_without_a_running_app_too(copied, fleet):
     assert answer(copied, "--run-now", fleet.robots[0].name, "Home").strip().isdecimal()
 
 
+@pytest.mark.long
 def test_it_does_not_move_while_an_app_runs_on_the_original(tmp_path, fleet):
     original = tmp_path / "data"
     prepared(original, configuration_of(fleet))

@@ -30,6 +30,7 @@ def test_many_are_followed_in_one_request(site, asked):
     assert site.states(after=1500.0) == [State.COMPLETED] * COUNT
 
 
+@pytest.mark.long
 def test_one_by_one_where_the_robot_has_too_many(site, asked, monkeypatch):
     def too_many(client, floor):
         raise Unreadable(problem="more than 5000 queue items")

@@ -14,6 +14,7 @@ import pytest
 from app.database.connection import Database, DatabaseUnavailable
 from app.process.data_directory import InstanceLock
 from app.process.host import too_few_files
+from tests.support.examples import at_night
 from tests.support.process import PATIENCE, ROOT, command, configuration_of, environment, prepared, running, wait_for
 
 LOG = Path("logs", "amr-scheduler.log")
@@ -34,7 +35,7 @@ def test_a_lock_is_in_place_as_long_as_its_file_is_the_one_in_the_directory(tmp_
     lock.release()
 
 
-@pytest.mark.parametrize("is_replaced", [True, False])
+@pytest.mark.parametrize("is_replaced", [True, *at_night(False)])
 def test_a_lock_file_that_was_deleted_is_an_alarm_with_and_without_a_second_app(tmp_path, is_replaced):
     data = tmp_path / "data"
     with running(data) as first:

@@ -40,6 +40,7 @@ def is_found(words: str, faults: int = 1, acts: tuple[str, ...] = ()) -> bool:
     return any(words in problem for problem, _trace in found.violations)
 
 
+@pytest.mark.long
 def test_a_blind_retry_is_found(monkeypatch):
     """Every failed start is sent again, as if the robot certainly did not have it."""
     monkeypatch.setattr(

@@ -145,6 +145,7 @@ def test_a_start_is_on_time_though_the_clock_was_set_ahead_shortly_before(quiet)
 
 
 # ---------------------------------------------------------------------- a restored start
+@pytest.mark.long
 def test_a_restored_start_may_wait_for_a_robot_that_lost_its_queue(quiet):
     world = quiet(with_window=True)
     for _item in range(5):

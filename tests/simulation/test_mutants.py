@@ -11,6 +11,7 @@ from app.mir.errors import RobotError
 from tests.simulation.mutants import fleets, groups, lost, twice, untrue, unwanted
 from tests.simulation.mutants.fleets import FleetMutant
 from tests.simulation.mutants.mutant import planted
+from tests.support.examples import every_fourth
 from tests.support.targets import ROBOT, TARGETS
 
 ALL = (*twice.MUTANTS, *lost.MUTANTS, *unwanted.MUTANTS, *untrue.MUTANTS, *groups.MUTANTS)
@@ -47,7 +48,7 @@ def test_a_planted_bug_is_found(mutant, target):
     assert any(mutant.oracle in problem for problem in found.violations), found.line(mutant.seed)
 
 
-@pytest.mark.parametrize("mutant", [pytest.param(mutant, id=mutant.name) for mutant in fleets.MUTANTS])
+@pytest.mark.parametrize("mutant", every_fourth(fleets.MUTANTS), ids=[mutant.name for mutant in fleets.MUTANTS])
 def test_a_bug_that_is_planted_in_the_code_of_fleets_is_found(mutant: FleetMutant, tmp_path):
     story, chosen = mutant.as_story(), (0,)
     directories = [tmp_path / "without", tmp_path / "with"]

@@ -42,6 +42,7 @@ def test_nor_on_robots_that_differ_checked_up_or_not(seed, hours):
     assert found.submissions > 0
 
 
+@pytest.mark.long
 def test_in_calm_weather_every_start_is_on_time():
     found = simulate(
         1,
@@ -63,11 +64,12 @@ def test_the_same_seed_gives_the_same_run(tmp_path, seed):
     assert first == again
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("seed", "twin"),
     [
         pytest.param(1, Twin(history_limit=1), id="history of one row"),
-        pytest.param(2, Twin(restarts_at=(600.0, 1500.0)), id="started again at rest", marks=pytest.mark.long),
+        pytest.param(2, Twin(restarts_at=(600.0, 1500.0)), id="started again at rest"),
         pytest.param(3, Twin(screen_s=10.0), id="somebody looks", marks=pytest.mark.long),
         pytest.param(4, Twin(history_limit=1, restarts_at=(900.0,)), id="both", marks=pytest.mark.long),
     ],

@@ -36,7 +36,7 @@ from tests.ui.whole_app import Plant, shown  # noqa: E402
 
 PENDING = 200.0  # s of virtual time, longer than any animation and than kivy's caches keep what they drew
 LET_GO_WITHIN = 20.0  # s, in which threads of the test before end
-SCREENS = {"container", "shared_container", "site", "shared_site", "app", "shared_app", "small", "usual"}
+SCREENS = {"container", "shared_container", "site", "shared_site", "app", "shared_app", "small", "usual", "rig"}
 LOOKS = {"size", "scale", "language", "theme", "gloves"}
 _shown_before: list[str] = []  # the last test that had the window
 
@@ -45,7 +45,7 @@ _shown_before: list[str] = []  # the last test that had the window
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What the default run leaves to the night: all but the first test of a file that shows whole screens, in a window of some size or with
     services behind them, as each takes up to a second, a third of it to clear the screens away."""
-    ours = [item for item in items if Path(__file__).parent in item.path.parents and isinstance(item, pytest.Function)]
+    ours = [item for item in items if item.nodeid.startswith("tests/ui/") and isinstance(item, pytest.Function)]
     shown: set[Path] = set()
     for item in ours:
         parameters = item.callspec.params if hasattr(item, "callspec") else {}

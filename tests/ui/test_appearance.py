@@ -20,6 +20,7 @@ from app.widgets.display import Disc
 from app.widgets.frame import Banner, Frame, NavItem, TopBar
 from app.widgets.scrolling import ScrollPage
 from app.widgets.tokens import THEMES, tk
+from tests.support.examples import every_fourth
 from tests.ui import checks
 from tests.ui.integrator import go, settings
 from tests.ui.whole_app import shown
@@ -30,6 +31,7 @@ def toggle(ui, text: str) -> Toggle:
 
 
 # ---------------------------------------------------------------------- switched at once, and stored
+@pytest.mark.long
 def test_glove_mode_is_switched_at_once_and_the_section_stays_open(site, app, ui):
     """Letters, gaps and targets grow by a quarter, those of a finger by more: the layout is that of a 1024×640 window."""
     go(ui, "display")
@@ -198,8 +200,7 @@ def test_a_change_of_anything_else_rebuilds_nothing(site, app, ui):
     assert app.shell.navigator.screen("home") is screen
 
 
-@pytest.mark.parametrize("before", THEMES)
-@pytest.mark.parametrize("after", THEMES)
+@pytest.mark.parametrize(("before", "after"), every_fourth(product(THEMES, THEMES)))
 def test_a_switch_of_the_theme_leaves_the_colours_that_the_theme_has(ui, before, after):
     """White ink that stays white is not taken over by the ink of the new theme's cards."""
 

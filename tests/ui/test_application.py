@@ -50,6 +50,7 @@ def site(tmp_path):
 
 
 # ---------------------------------------------------------------------- the first screen
+@pytest.mark.long
 def test_without_a_robot_it_opens_once_on_the_steps_of_the_set_up(site, ui):
     with shown(site.container, ui, None) as app:
         ui.wait(lambda: app.shell.navigator.current == "settings" and "Robots answer" in ui.texts())
@@ -172,6 +173,7 @@ def test_late_starts_lie_over_home_and_can_be_put_on_hold_and_released(tmp_path,
             assert not site.container.holds.active()
 
 
+@pytest.mark.long
 def test_a_late_start_that_is_not_wanted_is_cancelled_and_can_be_had_back(tmp_path, ui):
     with plant(tmp_path, start=False) as site:
         late_schedule(site)
@@ -299,6 +301,7 @@ def test_without_a_good_backup_another_is_chosen_and_a_failed_restore_says_why(t
 
 
 # ---------------------------------------------------------------------- another reason not to start
+@pytest.mark.long
 def test_what_keeps_the_app_from_starting_is_said_until_it_starts(tmp_path, ui):
     problems = [Failure("the disk is full"), BadInput("in use by another process")]
     with plant(tmp_path, start=False) as site:

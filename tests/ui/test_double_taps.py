@@ -119,6 +119,7 @@ def double_tapped(ui, walk: Walk, presses: Presses, picture: Picture) -> list[st
     return found
 
 
+@pytest.mark.long
 def test_the_second_tap_on_a_menu_presses_nothing(ui, walk, presses):
     picture = next(picture for picture in walk.pictures if picture.name == "dialog-menu")
     found = double_tapped(ui, walk, presses, picture)

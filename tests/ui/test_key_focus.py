@@ -218,6 +218,7 @@ def test_tab_into_a_field_selects_what_is_in_it(ui, keys):
     assert ui.find(FieldInput, field).selection_text == "15"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("forth", "back"), [((TAB, ()), (TAB, ("shift",))), ((DOWN, ()), (UP, ()))])
 def test_every_row_of_a_long_list_is_reached_in_its_order_and_all_of_it_seen(ui, keys, forth, back):
     rows = LongList(viewclass="OptionRow", data=[Item(n, f"Option {n}", icon="star") for n in range(40)])
@@ -333,6 +334,7 @@ def panels(ui) -> None:
     )
 
 
+@pytest.mark.long
 def test_every_panel_of_a_grid_is_reached(ui, keys):
     panels(ui)
     reached = []
@@ -346,6 +348,7 @@ def test_every_panel_of_a_grid_is_reached(ui, keys):
     assert reached == [*range(40), *range(38, -1, -1)]
 
 
+@pytest.mark.long
 def test_arrows_stay_in_their_column_of_a_grid(ui, keys):
     panels(ui)
     ui.key(TAB)

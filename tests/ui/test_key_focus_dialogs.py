@@ -119,6 +119,7 @@ def test_down_goes_to_the_first_of_all_where_nothing_was_typed(ui, keys, picker)
     assert keys.target.item.title == "Option 0"
 
 
+@pytest.mark.long
 def test_enter_chooses_the_only_one_that_is_found(ui, keys, picker):
     dialog, chosen = picker
     Window.dispatch("on_textinput", "7")  # a scanner sends its Enter at once
@@ -176,6 +177,7 @@ def close(ui) -> None:
     ui.advance(0.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("does", ["nothing", "tabs"])
 def test_after_escape_the_ring_continues_where_the_dialog_was_opened(ui, keys, does):
     page, opened = opening("One", "Two", "Three")

@@ -14,7 +14,7 @@ from app.widgets.fields import Field, FieldInput
 from app.widgets.items import Option
 from app.widgets.keyboard import DockedKeyboard
 from app.widgets.sheet import Sheet
-from tests.support.examples import at_night, first_of_each
+from tests.support.examples import at_night
 from tests.ui import checks
 
 TAB = 9
@@ -66,7 +66,8 @@ def fields_of(ui, dialog: Sheet) -> list[FieldInput]:
     return [field for field in ui.find_all(FieldInput, dialog) if not field.disabled and field.width > 1]
 
 
-@pytest.mark.parametrize("name", first_of_each({name: name for name in DIALOGS}))
+@pytest.mark.long
+@pytest.mark.parametrize("name", DIALOGS)
 def test_every_field_of_the_apps_dialogs_is_above_the_keyboard(ui, walk, name):
     picture = next(picture for picture in walk.pictures if picture.name == name)
     keys, before = DockedKeyboard(lambda: True), Window.size

@@ -44,6 +44,7 @@ def test_a_list_that_is_scrolled_down_and_shortened_shows_what_there_is(ui, left
         assert seen <= {line.title for line in lines(left)}
 
 
+@pytest.mark.long
 def test_while_a_finger_still_moves_it_too(ui):
     shown = ui.show(LongList(viewclass="OptionRow", data=lines(40)), (400, 300))
     ui.advance(0.3)

@@ -51,6 +51,7 @@ def test_each_tab_is_whole(ui, small):
         assert len(looks.filled(small.screen)) <= 1
 
 
+@pytest.mark.long
 def test_the_order_of_the_schedules_is_written_out_where_there_is_room(ui):
     with window(ui, (1280, 800), 1.0, "fi") as rig:
         stand = Stand(rig, "scheduler")

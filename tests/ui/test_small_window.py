@@ -193,6 +193,7 @@ def test_with_gloves_an_hour_brings_the_minutes_in_sight(ui, size, scale):
         dialogs.close_all()
 
 
+@pytest.mark.long
 def test_with_gloves_the_chosen_day_is_seen_at_once(ui):
     with window(ui, (1280, 800), gloves=True):
         dialogs, day = Dialogs(), date(2026, 11, 30)  # in the last row

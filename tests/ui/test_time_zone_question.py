@@ -55,6 +55,7 @@ def test_the_guess_is_on_top_with_the_time_there_and_the_choice_ends_the_alarm(t
         assert asked(ui) == []
 
 
+@pytest.mark.long
 def test_unanswered_it_is_asked_at_the_next_start_and_by_the_alarm(tablet, ui):
     with shown(tablet, ui):
         ui.wait(lambda: asked(ui))
@@ -73,6 +74,7 @@ def test_a_zone_that_is_certain_is_not_asked_about(tablet, ui):
         assert asked(ui) == []
 
 
+@pytest.mark.long
 def test_a_choice_says_what_it_was_and_undone_it_is_asked_for_again(tablet, ui):
     with shown(tablet, ui):
         ui.wait(lambda: asked(ui))
@@ -87,6 +89,7 @@ def test_a_choice_says_what_it_was_and_undone_it_is_asked_for_again(tablet, ui):
         ui.wait(lambda: tablet.settings().timezone == "Europe/Tallinn" and tablet.alarms.open() == [])
 
 
+@pytest.mark.long
 def test_where_a_pin_is_set_it_is_asked_for_before_a_zone_is_taken(tablet, ui):
     tablet.access.set_pin("4711")
     with shown(tablet, ui):

@@ -18,6 +18,7 @@ from app.widgets.long_list import LongList
 from app.widgets.menu import Menu
 from app.widgets.sheet import Sheet
 from app.widgets.text import Txt
+from tests.support.examples import at_night
 
 ESCAPE, BACKSPACE, ENTER = 27, 8, 13
 
@@ -213,7 +214,7 @@ def test_eighty_closed_ones_are_all_freed(ui):
     assert all_collected(ui, references)
 
 
-@pytest.mark.parametrize("pause", [0.05, 0.15])
+@pytest.mark.parametrize("pause", [0.15, *at_night(0.05)])
 def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_opened(ui, dialogs, pause):
     """And it doesn't close it either."""
     button = ui.show(CommandButton(text="Mission", radius=[0, 0, 0, 0]), (600, 600))
@@ -241,6 +242,7 @@ def test_the_second_of_two_quick_taps_presses_nothing_in_what_the_first_has_open
     assert chosen == [0]
 
 
+@pytest.mark.long
 def test_the_last_option_is_there_whatever_is_searched_for(ui, dialogs):
     chosen: list[object] = []
     dialog = dialogs.choose("Mission", MISSIONS, chosen.append, last=Option("fetch", "Not in the list?"))

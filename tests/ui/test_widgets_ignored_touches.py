@@ -168,6 +168,7 @@ def test_a_dialog_takes_its_first_touch_later_where_the_finger_was(ui, dialogs):
     assert ui.find_all(ChoiceSheet)
 
 
+@pytest.mark.long
 def test_a_double_tap_on_a_page_that_scrolls_opens_one_dialog(ui, dialogs):
     page = ScrollPage()
     page.add_widget(button := CommandButton(text="Mission", size_hint_y=None, height=64))

@@ -44,6 +44,7 @@ def test_thousands_of_runs_need_a_dozen_rows(ui):
     assert len(rows.views) < 20
 
 
+@pytest.mark.long
 def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
     rows = ui.show(LongList(viewclass="ListRow", data=runs(5000)), (800, 1600))
     many = len(rows.views)
@@ -53,6 +54,7 @@ def test_rows_that_only_a_larger_window_had_room_for_are_not_kept(ui):
     assert len(rows.views) + len(rows._spare) < 10
 
 
+@pytest.mark.long
 def test_rows_that_a_search_hides_are_at_hand_when_it_ends(ui):
     rows = ui.show(LongList(viewclass="ListRow", data=runs(50)), (800, 600))
     views = set(rows.views)

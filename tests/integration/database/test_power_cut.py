@@ -14,6 +14,7 @@ import pytest
 
 from app.database.connection import Database
 from app.database.writer import WRITE_BACK_EVERY
+from tests.support.examples import at_night
 
 COMMITS = 40
 NOISE = 300
@@ -67,7 +68,7 @@ def _copy(written: Path, directory: Path, cut: int) -> Path:
     return path
 
 
-@pytest.mark.parametrize("torn", [False, True])
+@pytest.mark.parametrize("torn", [True, *at_night(False)])
 def test_wherever_the_log_ends_every_commit_before_it_is_there(written, tmp_path, torn):
     path, lengths = written
     chance = random.Random(7)

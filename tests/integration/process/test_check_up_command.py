@@ -19,6 +19,7 @@ from app.container import Container
 from app.domain.check_up import Report
 from app.process.data_directory import DataDirectory
 from mir_sim.profile import read
+from tests.support.examples import at_night
 from tests.support.process import ROOT, configuration_of, environment, is_one_line, once_now, prepared, wait_for
 
 # Signals as at a terminal: these tests may run under nohup or in the background, where signals are ignored, and a process inherits that.
@@ -136,6 +137,7 @@ def test_it_prints_the_report_keeps_it_and_writes_what_was_found(data, robot, tm
     ]
 
 
+@pytest.mark.long
 def test_to_stdout_the_file_comes_alone_so_that_a_program_can_read_it(data, robot):
     code, out, err = run(data, "--check-up", robot.name, "--report", "-")
     assert (code, err) == (0, "")
@@ -161,7 +163,7 @@ def terminal() -> Iterator[tuple[int, int]]:
     os.close(its)
 
 
-@pytest.mark.parametrize("answer", ["\n", "n\n", "\x04"])  # the last one ends the input
+@pytest.mark.parametrize("answer", ["\n", *at_night("n\n", "\x04")])  # the last one ends the input
 def test_a_terminal_asks_before_anything_moves(data, robot, terminal, answer):
     ours, its = terminal
     os.write(ours, answer.encode())

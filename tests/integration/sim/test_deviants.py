@@ -13,6 +13,7 @@ import requests
 import mir_sim
 from mir_sim import DEVIANTS, Fleet, Profile, SimulatedRobot, deviant, serve
 from mir_sim.definition import load
+from tests.support.examples import every_fourth
 from tests.unit.sim.asking import GUIDS, HEADERS
 
 BOUND = 60.0  # s; only to end a test that would wait for ever
@@ -229,7 +230,7 @@ def matches(answer: Any, expected: Any) -> bool:
     return expected is ANY or bool(answer == expected)
 
 
-@pytest.mark.parametrize("name", DEVIANTS)
+@pytest.mark.parametrize("name", every_fourth(DEVIANTS))
 def test_a_deviant_differs_in_what_it_says_and_in_nothing_else(name: str, faithful: dict[str, Any]) -> None:
     with client_of(deviant(name)) as client:
         found = answers(client)

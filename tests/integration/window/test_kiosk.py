@@ -106,6 +106,7 @@ def test_systemd_hears_that_the_window_is_ready_once_it_has_drawn(tmp_path):
         assert window.wait(PATIENCE) == 0
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="systemd runs on Linux only")
 def test_a_kiosk_that_may_not_start_shows_its_window_and_a_line(tmp_path):
     path = tmp_path / "data" / "amr-scheduler.db"

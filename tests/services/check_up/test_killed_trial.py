@@ -56,13 +56,11 @@ def test_whenever_it_is_killed_the_robot_is_restored(tmp_path, name, mission, is
 LOST, REFUSED = ConnectionLost(address="10.0.0.1"), Unreachable(code="refused", address="10.0.0.1")
 
 
-@pytest.mark.parametrize(
-    ("error", "every"),
-    [(LOST, 5), pytest.param(LOST, 1, marks=pytest.mark.long), pytest.param(REFUSED, 1, marks=pytest.mark.long)],
-)
-def test_a_robot_that_goes_away_for_a_request_is_restored_at_the_end(tmp_path, error, every):
+@pytest.mark.long
+@pytest.mark.parametrize("error", [LOST, REFUSED])
+def test_a_robot_that_goes_away_for_a_request_is_restored_at_the_end(tmp_path, error):
     first, of = requests_of(tmp_path / "whole", None, Trial())
-    for number in range(first, of + 1, every):
+    for number in range(first, of + 1):
         robot = CheckedRobot(tmp_path / str(number))
         count = itertools.count(1)
         robot.asked.gives(error, lambda method, path, count=count, number=number: next(count) == number)

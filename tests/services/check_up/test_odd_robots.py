@@ -18,6 +18,7 @@ from app.services.check_up.trials import RELEASED_WITHIN
 from mir_sim import MISSIONS, deviant
 from tests.services.check_up.test_reading import ODD, SIMULATED
 from tests.support.check_up_site import CheckedRobot, Killed
+from tests.support.examples import every_fourth
 from tests.support.findings import in_words, not_green, says
 from tests.support.recorded_robot import AskedRobot
 from tests.support.site import GUIDS
@@ -42,10 +43,7 @@ CASES = list(itertools.product(sorted({*ODD} - {"gone"}), MEANT))  # reported as
 
 
 @pytest.mark.usefixtures("quick_reading")
-@pytest.mark.parametrize(
-    ("odd", "meant"),
-    [case if number % 4 == 0 else pytest.param(*case, marks=pytest.mark.long) for number, case in enumerate(CASES)],
-)
+@pytest.mark.parametrize(("odd", "meant"), every_fourth(CASES))
 def test_odd_answers_make_a_report_and_leave_nothing(robot, odd, meant):
     robot.asked.gives(ODD[odd], lambda method, path: bool(robot.asked.writes) and MEANT[meant](method, path))
     report = robot.trial()

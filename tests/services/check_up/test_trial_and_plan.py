@@ -18,6 +18,7 @@ from app.i18n import _, translator
 from app.services.check_up.journal import HOLD
 from app.services.check_up.service import CheckUps
 from tests.support.check_up_site import RunningClock, check_ups_of
+from tests.support.examples import at_night
 from tests.support.findings import says, why_not_tried
 
 
@@ -153,7 +154,7 @@ def test_the_plan_is_kept_afterwards(site, plan, check_ups, robot):
     assert not site.container.alarms.open()
 
 
-@pytest.mark.parametrize("had_its_mission", [True, False])
+@pytest.mark.parametrize("had_its_mission", [True, *at_night(False)])
 def test_a_trial_is_no_use_of_the_robot_by_anybody(site, check_ups, robot, had_its_mission):
     home = site.add_mission("Home")
     site.container.catalogue.change_idle_rule(robot.id, mission_id=home.id, after_minutes=10)

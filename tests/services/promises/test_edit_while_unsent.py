@@ -332,6 +332,7 @@ def test_a_time_to_be_done_by_that_is_put_off_while_it_is_decided_counts(group, 
     play(group, 1500, states(COMPLETED))
 
 
+@pytest.mark.long
 def test_a_window_that_is_made_longer_while_it_is_ended_counts(group):
     play(group, plan(window=3), ALL_HELD, later(600, release()))
     once(group.container.ledger, Event.EXPIRE, before=lambda: play(group, edit(window=60)))

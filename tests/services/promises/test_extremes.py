@@ -85,6 +85,7 @@ test_extremes = cases_of(
 )
 
 
+@pytest.mark.long
 def test_a_long_absence_is_written_in_short_transactions(tmp_path, monkeypatch):
     """While many schedules find out what they missed in a year, others that want to write wait for 50 ms at most."""
     s = Stage(tmp_path, "robot", 1)

@@ -212,6 +212,7 @@ def test_a_year_with_four_schedules_every_minute_is_caught_up_with_at_once(s):
     assert calls.number < 100_000
 
 
+@pytest.mark.long
 def test_the_history_limit_holds_at_every_moment_of_catching_up(s, monkeypatch):
     """Also where more schedules have missed something than rows may be kept."""
     play(s, set_up(history_limit=3), every_minute(250), off_for(YEAR))
@@ -230,6 +231,7 @@ def test_the_history_limit_holds_at_every_moment_of_catching_up(s, monkeypatch):
     assert (most[0], alarm.details["count"] > 250 * 525_000) == (3, True)
 
 
+@pytest.mark.long
 def test_a_start_that_may_still_go_leaves_within_35_seconds_whatever_else_was_missed(tmp_path):
     """With a window, which lists it for 30 seconds first."""
     s = Stage(tmp_path, "robot", 1, with_window=True)
@@ -240,6 +242,7 @@ def test_a_start_that_may_still_go_leaves_within_35_seconds_whatever_else_was_mi
     s.switch_off()
 
 
+@pytest.mark.long
 def test_an_app_that_is_killed_while_it_catches_up_has_one_row_for_each_schedule(s, monkeypatch):
     play(s, every_minute(250), off_for(DAY))
     add = ExecutionRepository.add_each_once

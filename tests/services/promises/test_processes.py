@@ -183,6 +183,7 @@ def started_with_little_patience(data: Path, *arguments: object) -> subprocess.P
     )
 
 
+@pytest.mark.long
 def test_a_change_that_meets_another_command_takes_over_when_that_one_has_ended(data, fleet):
     """The app waits for a silent command and then makes the change: never "may have been done or not"."""
     content = configuration_of(fleet)

@@ -13,18 +13,16 @@ from app.widgets.frame import Frame
 from tests.screenshots import fleets
 from tests.screenshots.check_up import Checked, found
 from tests.screenshots.settings import Plant, with_groups
-from tests.support.examples import at_night
 from tests.ui import checks, looks
 from tests.ui.window_sizes import window
 
 WIDE, LOW, TALL = (1280, 800), (1024, 600), (800, 1280)
-USUAL = WIDE, 1.0, "en"
-OTHERS = ((LOW, 1.0, "en"), (TALL, 1.0, "en"), (WIDE, 1.3, "fi"), (LOW, 1.0, "fi"))
+SHOWN = ((WIDE, 1.0, "en"), (LOW, 1.0, "en"), (TALL, 1.0, "en"), (WIDE, 1.3, "fi"), (LOW, 1.0, "fi"))
 MOST_WORDS, WITH_SHEET, CHECK_UP = 80, 90, 100
 
 
 @pytest.fixture(
-    params=[USUAL, *(pytest.param(other, marks=pytest.mark.long) for other in OTHERS)],
+    params=SHOWN,
     ids="{0[0][0]}x{0[0][1]}-{0[1]}-{0[2]}".format,
 )
 def rig(request, ui):
@@ -71,7 +69,7 @@ def fingerprints(screen):
     return TrustSheet(certificate("Aino", "3fa1c2" * 11, "77de01" * 11), lambda: None)
 
 
-@pytest.mark.parametrize("build", [robot, mission, fingerprints, *at_night(another)])
+@pytest.mark.parametrize("build", [robot, mission, fingerprints, another])
 def test_a_sheet_keeps_to_it_too(rig, ui, build):
     screen = Plant(rig).screen(rig, "robots")
     frame, sheet = ui.find(Frame), build(screen)
@@ -114,8 +112,8 @@ def restore(screen):
         ("idle", idle_rule),
         ("constraints", days),
         ("data", export),
-        pytest.param("missions", new_place, marks=pytest.mark.long),
-        pytest.param("data", restore, marks=pytest.mark.long),
+        ("missions", new_place),
+        ("data", restore),
     ],
 )
 def test_a_sheet_that_its_page_opens_keeps_to_it_too(rig, ui, section, build):
@@ -131,7 +129,6 @@ def test_a_sheet_that_its_page_opens_keeps_to_it_too(rig, ui, section, build):
         assert len(looks.words(ui.find(Frame))) + len(looks.words(sheet)) <= WITH_SHEET
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("show", [fleets.fleet, fleets.new_enterprise, fleets.robots_of_it, fleets.robot])
 def test_the_sheets_of_a_fleet_and_its_robots_keep_to_it_too(rig, ui, show):
     screen = fleets.opened(rig, show)
@@ -141,7 +138,7 @@ def test_the_sheets_of_a_fleet_and_its_robots_keep_to_it_too(rig, ui, show):
         assert len(looks.words(ui.find(Frame))) + len(looks.words(sheet)) <= WITH_SHEET
 
 
-@pytest.mark.parametrize("kind", ["good", pytest.param("odd", marks=pytest.mark.long)])
+@pytest.mark.parametrize("kind", ["good", "odd"])
 def test_a_check_up_keeps_to_it_too(rig, ui, kind):
     plant = Checked(rig, Sisu=found(kind))
     check_up = plant.opened(rig, "Sisu")

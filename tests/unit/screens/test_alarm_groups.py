@@ -97,6 +97,7 @@ def item(group, **values):
     return alarm_item(tuple(group), ROBOTS, SETTINGS, NOW, **values)
 
 
+@pytest.mark.long
 def test_many_that_fall_silent_together_are_one_line_on_the_page_and_in_the_banner():
     issues = OpenIssues(silent(14))
     [group] = open_lines(issues.alarms, NOW)
