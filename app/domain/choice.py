@@ -14,7 +14,7 @@ from typing import Any
 
 from app.domain import writing
 from app.domain.execution import Execution, State, Wait
-from app.domain.message import is_message, render
+from app.domain.message import render
 from app.domain.models import Connection, RobotSnapshot
 from app.domain.reasons import at_robot, instant_of, known_zone, stored_sentence
 from app.domain.writing import Translate
@@ -80,8 +80,7 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
     for each in tried.values():
         if not (isinstance(each, Mapping) and each.get("tries") and each.get("robot") and each["robot"] != robot):
             continue
-        problem = at_robot(each, str(each["robot"])).get("problem")
-        text = render(problem, translate) if is_message(problem) else str(problem or "")
+        text = render(at_robot(each, str(each["robot"])).get("problem") or "", translate)
         template = translate("{robot}: {problem}") if text else translate("{robot} refused it or did not answer")
         if "code" in each:  # for good
             template, text = translate("{robot} refused it: {problem}"), text or stored_sentence(each, "UTC", translate)

@@ -66,7 +66,6 @@ class EnterpriseVehicle(EnterpriseRequests):
 
     # ------------------------------------------------------------------ the robot
     def _status(self, within: float, *, is_for_order: bool = False) -> RobotStatus:
-        """Has no contact: the fleet has heard nothing of it lately."""
         self._check_fleet()
         ask_active = self._active if is_for_order else self._active_if_readable
         if self._is_any:

@@ -47,7 +47,7 @@ class FleetTarget(RestRequests, Target):
 
     # ------------------------------------------------------------------ who it is
     def status(self) -> RobotStatus:
-        """By one request for all robots of the fleet. Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where
+        """As the fleet has said within the last second. Raises AnotherRobot, AnotherFleet, or VehicleUnavailable where
         the fleet has no contact with the robot."""
         return self._status(1.0)
 

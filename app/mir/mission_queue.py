@@ -17,6 +17,7 @@ from app.domain.message import message
 from app.domain.robot import QueueItem, QueueState
 from app.mir import parse
 from app.mir.errors import Refusal, Rejected, RobotFault, Unreadable
+from app.mir.target import Known
 
 OPEN_STATES = [state.value for state in QueueState if state.is_open]
 RUN_STATES = [*OPEN_STATES, QueueState.DONE.value]  # a robot with a word of its own for one of them has others too
@@ -29,7 +30,6 @@ UNSUPPORTED = (400, 404, 405, 410, 501)  # how a robot may answer a feature that
 
 Ask = Callable[[str, str, Mapping[str, str], Any], list[parse.Object]]
 Wanted = Callable[[parse.Object], bool]
-Known = dict[int, QueueItem | None]
 
 
 class QueueReader:

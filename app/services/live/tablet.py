@@ -81,20 +81,18 @@ class Tablet:
     def begin(self) -> None:
         """At the start: a directory that no machine has yet becomes this one's; a copy is held. One that was renamed, or
         restored in its place, is none."""
-        c = self._db.read()
-        if self._settings.get(c, MACHINE) is None and self._machine is not None:
+        if self._stored(MACHINE) is None and self._machine is not None:
             self._db.write(lambda c: self._settings.put(c, MACHINE, self._machine))
         if self.is_copy:
             log.warning("This data directory is a copy: nothing is sent from here")
-        elif self._settings.get(c, PLACE) != self._place:
+        elif self._stored(PLACE) != self._place:
             self._db.write(lambda c: self._settings.put(c, PLACE, self._place))
         self._judge()
 
     def _judge(self) -> None:
-        c = self._db.read()
-        self.move = stored_move(self._settings, c)
+        self.move = stored_move(self._settings, self._db.read())
         why: Message = IS_COPY
-        if self._settings.get(c, LOOKED_AT) == self._machine:
+        if self._stored(LOOKED_AT) == self._machine:
             why = IS_VIEW_ONLY
         elif original := self._original():
             why = message(
@@ -106,15 +104,16 @@ class Tablet:
 
     @property
     def is_copy(self) -> bool:
-        c = self._db.read()
-        home, place = self._settings.get(c, MACHINE), self._settings.get(c, PLACE)
+        home, place = self._stored(MACHINE), self._stored(PLACE)
         return None not in (home, self._machine) and (home != self._machine or not _is_same(place, self._place))
 
     def _original(self) -> str | None:
         """The directory on this machine from which the data were copied, or this one."""
-        c = self._db.read()
-        is_here = self._settings.get(c, MACHINE) == self._machine
-        return (self._settings.get(c, PLACE) or self._place)["path"] if is_here else None
+        is_here = self._stored(MACHINE) == self._machine
+        return (self._stored(PLACE) or self._place)["path"] if is_here else None
+
+    def _stored(self, name: str) -> Any:
+        return self._settings.get(self._db.read(), name)
 
     def move_here(self) -> bool:
         """The old tablet is off: its starts are looked for by its tokens, and this one makes its own tokens from now
