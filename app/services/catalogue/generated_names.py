@@ -6,51 +6,28 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 from app.domain import names
 from app.domain.models import Group, Mission, Robot, Schedule
+from app.services.catalogue import schedule_edit
 from app.services.catalogue.edit import Edit
 from app.services.live.changes import Topic
 
-Made = tuple[str, str]  # the names of a mission and of a robot
 
-
-def rename_for_robot(edit: Edit, old: str, robot: Robot | Group) -> None:
-    """``old``: the name that it, or the group, had."""
-    if robot.name != old:
-        missions = {mission.id: mission.name for mission in edit.missions.all(edit.c)}
-        of_target = edit.schedules.for_robot if isinstance(robot, Robot) else edit.schedules.for_group
-        schedules = of_target(edit.c, robot.id)
-        _rename(
-            edit,
-            schedules,
-            {
-                schedule.id: ((missions[schedule.mission_id], old), (missions[schedule.mission_id], robot.name))
-                for schedule in schedules
-            },
-        )
-
-
-def rename_for_mission(edit: Edit, old: str, mission: Mission) -> None:
-    """``old``: the name that it had."""
-    if mission.name != old:
-        schedules = edit.schedules.for_mission(edit.c, mission.id)
-        targets = {schedule.id: edit.target_of(schedule).name for schedule in schedules}
-        _rename(edit, schedules, {id_: ((old, name), (mission.name, name)) for id_, name in targets.items()})
-
-
-def _rename(edit: Edit, schedules: Sequence[Schedule], made_of: Mapping[int, tuple[Made, Made]]) -> None:
-    """``made_of``: the parts of the names, before and now, by id of the schedule. Numbered ones keep their order."""
-    taken, free = edit.schedules.names(edit.c), dict[Made, Iterator[str]]()
-    for schedule in sorted(schedules, key=lambda schedule: (len(schedule.name), schedule.name)):
-        before, now = made_of[schedule.id]
-        if schedule.moved_of is not None:
-            continue
-        if names.is_generated(schedule.name, *before) and not names.is_generated(schedule.name, *now):
-            name = next(name for name in free.setdefault(now, names.generated(*now)) if name not in taken)
+def rename(edit: Edit, old: str, it: Robot | Group | Mission) -> None:
+    """Those of its schedules. ``old``: the name that it had. Numbered ones keep their order."""
+    if it.name == old:
+        return
+    of_kind = {Robot: edit.schedules.for_robot, Group: edit.schedules.for_group, Mission: edit.schedules.for_mission}
+    for schedule in sorted(of_kind[type(it)](edit.c, it.id), key=lambda each: (len(each.name), each.name)):
+        mission, target = edit.the(Mission, schedule.mission_id).name, edit.target_of(schedule).name
+        before = (old, target) if isinstance(it, Mission) else (mission, old)
+        was_generated = schedule.moved_of is None and names.is_generated(schedule.name, *before)
+        if was_generated and not names.is_generated(schedule.name, mission, target):
+            name = schedule_edit.free_name(edit, mission, target)
             edit.schedules.update(edit.c, replace(schedule, name=name))
             edit.note(f"schedule {schedule.name!r} changed: name {schedule.name!r} → {name!r}", Topic.SCHEDULES)
 

@@ -31,7 +31,7 @@ def save(edit: Edit, group: Group, *, may_be_empty: bool = False) -> Group:
         group = edit.groups.add(edit.c, group)
     else:
         edit.groups.update(edit.c, group)
-        generated_names.rename_for_robot(edit, stored.name, group)
+        generated_names.rename(edit, stored.name, group)
         for robot_id in set(stored.members) - set(group.members):
             unassign(edit, robot_id, group.id)
     edit.note(

@@ -36,7 +36,7 @@ def save(edit: Edit, mission: Mission) -> Mission:
         was_only = None if stored.robot_id is None else edit.the(Robot, stored.robot_id)
         changed = change_log.differences(change_log.of_mission(stored, was_only), change_log.of_mission(mission, only))
         edit.notes.append(f"mission {stored.name!r} changed: {changed}")
-        generated_names.rename_for_mission(edit, stored.name, mission)
+        generated_names.rename(edit, stored.name, mission)
         if mission.robot_id is None and mission.name != stored.name:
             named = [row for row in edit.executions.open_all(edit.c) if row.group_id and row.mission == stored.name]
             edit.apply(transitions.redefine(row, mission=mission.name) for row in named)

@@ -86,7 +86,7 @@ def _put(edit: Edit, robot: Robot, stored: Robot | None) -> Robot:
         edit.robots.update(edit.c, robot)
         if changed := change_log.change_of_robot(stored, robot):
             edit.notes.append(f"robot {stored.name!r} changed: {changed}")
-        generated_names.rename_for_robot(edit, stored.name, robot)
+        generated_names.rename(edit, stored.name, robot)
         if stored.enabled and not robot.enabled:
             end_unsent(edit, stored)
         edit.note_password(robot, stored, f"robot:{robot.id}", robot_id=robot.id)
