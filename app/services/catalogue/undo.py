@@ -21,7 +21,7 @@ from app.services.catalogue import (
     schedule_edit,
     settings_edit,
 )
-from app.services.catalogue.edit import Edit, Removed
+from app.services.catalogue.edit import KINDS, Edit, Removed
 from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
@@ -137,19 +137,16 @@ def restore(edit: Edit, removed: Removed) -> None:
         _restore_robot(edit, robot, removed)
     for group in _put_back(edit, Group, removed):
         _check_robot_name(edit, group.name)
-        edit.groups.update(edit.c, group)
-        edit.notes.append(f"group {group.name!r} put back")
+        _write_back(edit, group)
     for place in _put_back(edit, Place, removed):
         check_name_is_free(edit.places.by_name(edit.c, place.name), 0, "there is a place {name} already")
-        edit.places.update(edit.c, place)
-        edit.notes.append(f"place {place.name!r} put back")
+        _write_back(edit, place)
     for mission in _put_back(edit, Mission, removed):
         if mission.robot_id is not None:
             edit.the(Robot, mission.robot_id)
         other = edit.missions.by_name(edit.c, mission.name, mission.robot_id)
         check_name_is_free(other, 0, "there is another mission {name} now: rename that one, then undo again")
-        edit.missions.update(edit.c, mission)
-        edit.notes.append(f"mission {mission.name!r} put back")
+        _write_back(edit, mission)
         mission_edit.check_used_only_there(edit, mission)
         mission_edit.use_own(edit, mission.name)
     for robot in robots:  # its own missions are there again
@@ -177,8 +174,7 @@ def _restore_fleet(edit: Edit, fleet: Fleet, removed: Removed) -> None:
     check_name_is_free(other, 0, "there is another fleet {name} now: rename that one, then undo again")
     with _naming_the_other():
         edit.check_is_no_other(fleet)
-    edit.fleets.update(edit.c, replace(fleet, token=removed.token))
-    edit.notes.append(f"fleet {fleet.name!r} put back")
+    _write_back(edit, replace(fleet, token=removed.token))
 
 
 def _restore_robot(edit: Edit, robot: Robot, removed: Removed) -> None:
@@ -187,10 +183,9 @@ def _restore_robot(edit: Edit, robot: Robot, removed: Removed) -> None:
         robot = robot.within(edit.the(Fleet, robot.fleet.id))
     with _naming_the_other():
         edit.check_is_no_other(robot)
-    edit.robots.update(edit.c, replace(robot, token=removed.token))
+    _write_back(edit, replace(robot, token=removed.token))
     for group in edit.groups.of_robot(edit.c, robot.id):
         group_edit.check_members([edit.the(Robot, member) for member in group.members])
-    edit.notes.append(f"robot {robot.name!r} put back")
 
 
 @contextmanager
@@ -215,6 +210,12 @@ def _put_back(edit: Edit, kind: type[T], removed: Removed) -> list[T]:
     return found
 
 
+def _write_back(edit: Edit, it: Fleet | Robot | Group | Place | Mission | Schedule) -> None:
+    """Under its name, which is free."""
+    edit.tables[type(it)].update(edit.c, it)
+    edit.notes.append(f"{KINDS[type(it)]} {it.name!r} put back")
+
+
 def _check_robot_name(edit: Edit, name: str) -> None:
     """Robots and groups share their names."""
     robot, group = edit.robots.by_name(edit.c, name), edit.groups.by_name(edit.c, name)
@@ -234,8 +235,7 @@ def _restore_schedule(edit: Edit, schedule: Schedule, removed: Removed) -> None:
     through = max(edit.now, schedule.started_through or edit.now)
     if schedule.planned_through is not None and schedule.planned_through > through:  # the clock was set back since
         schedule = replace(schedule, planned_through=through)
-    edit.schedules.update(edit.c, replace(schedule, changed_at=edit.now))
-    edit.notes.append(f"schedule {schedule.name!r} put back")
+    _write_back(edit, replace(schedule, changed_at=edit.now))
     for row in removed.starts:
         if row.schedule_id == schedule.id and row.state is State.WAITING and row.held and row.planned_at > through:
             edit.schedules.hold(edit.c, schedule.id, row.planned_at)
