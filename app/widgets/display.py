@@ -85,9 +85,9 @@ class LegendItem(BoxLayout):
 
 
 class LegendItems(StackLayout):
-    """Entries of a legend side by side, on as many lines as they need: ``items`` have ``kind`` and ``text``."""
+    """Entries of a legend side by side, on as many lines as they need: ``items`` are (kind, text)."""
 
     items = ListProperty()
 
     def on_items(self, *_):
-        refill(self, self.items, lambda item: LegendItem(kind=item.kind, text=item.text))
+        refill(self, self.items, lambda item: LegendItem(kind=item[0], text=item[1]))

@@ -28,7 +28,7 @@ class CauseRow(Row, Tap):
 
 class TrendChart(Chart):
     """``points`` have ``place`` (0..1 from left to right), ``value`` and ``joined`` (to the one before); ``band`` has
-    ``low``, ``middle``, ``high`` of the usual values. ``scale`` has the lowest and the highest value, ``days`` the
+    ``p10_s``, ``p50_s``, ``p90_s`` of the usual values. ``scale`` has the lowest and the highest value, ``days`` the
     first and the last day."""
 
     points = ListProperty()
@@ -39,7 +39,7 @@ class TrendChart(Chart):
     watch = ("points", "band", "tone", "scale", "days")
 
     def draw(self):
-        band = (self.band.low, self.band.middle, self.band.high) if self.band else ()
+        band = (self.band.p10_s, self.band.p50_s, self.band.p90_s) if self.band else ()
         values = [*(point.value for point in self.points), *band]
         if not values:
             return

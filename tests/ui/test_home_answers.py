@@ -100,6 +100,6 @@ def test_a_touch_right_after_another_question_answers_nothing(ui):
 def test_instructions_at_an_emergency_stop_are_visible_without_scrolling(ui, usual):
     screen = home(usual, stopped(), issues=OpenIssues())
     ui.advance(0.5)
-    [instruction] = labels(ui, screen.vm.card.note.problem)
+    [instruction] = labels(ui, screen.vm.view.card.note.problem)
     assert checks.is_seen(instruction)
     assert instruction.font_size >= sp(24)

@@ -51,7 +51,9 @@ def home(app, ui):
 
     restart(app, ui, put_back)
     app.shell.sheets.give_up()
-    ui.wait(lambda: app.root_vm.card.state == "Ready" and not app.root_vm.facts.groups and not app.root_vm.foot_rests)
+    ui.wait(
+        lambda: app.root_vm.view.card.state == "Ready" and not app.root_vm.facts.groups and not app.root_vm.foot_rests
+    )
     return app
 
 
@@ -115,9 +117,9 @@ def test_a_start_that_no_robot_can_take_waits_on_each_of_them_and_one_is_pressed
     assert waiting(ui)[0].title == "Home · any of Hall 1"
     assert home.site.container.history.open()[0].priority == 1
     open_robot(ui, "Veikko")
-    ui.wait(lambda: home.root_vm.card.name == "Veikko" and waiting(ui))
+    ui.wait(lambda: home.root_vm.view.card.name == "Veikko" and waiting(ui))
     open_robot(ui, "Aino")
-    ui.wait(lambda: home.root_vm.card.name == "Aino" and waiting(ui))
+    ui.wait(lambda: home.root_vm.view.card.name == "Aino" and waiting(ui))
     ui.advance(1)
     act(ui, "here")
     ui.wait(lambda: not waiting(ui) and "Home" in [item.title for item in items(ui, "execution")])

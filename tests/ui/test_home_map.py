@@ -37,7 +37,7 @@ def test_the_robot_drives_on_the_screen(site, ui):
     with shown(site.container, ui) as app:
         ui.wait(lambda: ui.find_all(RobotMap))
         chart = ui.find(RobotMap)
-        assert app.shell.navigator.screen("home").vm.map.name == world.MAP_NAME
+        assert app.shell.navigator.screen("home").vm.view.map.picture.name == world.MAP_NAME
         assert {"Home", "Dock", "Press"} <= {place.name for place in chart.places}
         assert chart.texture is not None
         assert chart.aspect == pytest.approx(world.HEIGHT / world.WIDTH, abs=0.05)

@@ -171,7 +171,7 @@ def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, fac
     ui.advance(0.5)
     for part in (
         ui.find(ProblemNote),
-        ui.find(text=screen.vm.card.battery.text),
+        ui.find(text=screen.vm.view.card.battery.text),
         ui.find(PlaceMap),
         ui.find(RobotFoot),
     ):
@@ -266,7 +266,7 @@ def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
 
 @pytest.mark.long
 def test_the_text_of_a_robot_is_shown_once(ui):
-    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.card.note
+    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.view.card.note
     ui.advance(0.5)
     assert [label.text for label in ui.find_all(Label) if note.quote in label.text] == [note.quote]
 
@@ -303,7 +303,7 @@ def test_two_rows_of_fifty_robots_are_readable_in_a_low_window(ui, scale, gloves
 
 @pytest.mark.parametrize("small", [pytest.param(((1024, 600), "plain"), id="1024x600")], indirect=True)
 def test_how_full_the_battery_is_and_when_the_mission_is_done_is_seen_at_once(ui, small):
-    card = home(small, sample.FACTS).vm.card
+    card = home(small, sample.FACTS).vm.view.card
     ui.advance(0.5)
     for text in (card.battery.text, card.end):
         assert checks.is_seen(ui.find(text=text, root=ui.find(RobotCard)))

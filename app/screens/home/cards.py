@@ -13,6 +13,7 @@ from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.gridlayout import GridLayout
 
 from app.screens.home.fleet_model import FleetState
+from app.screens.home.map import NO_MAP
 from app.screens.home.view import HomeView
 from app.services.robots.map_picture import MapPicture
 from app.widgets.buttons import CommandButton, IconButton
@@ -26,21 +27,13 @@ from app.widgets.surfaces import OnlySeen, Tap, TonedSurface
 from app.widgets.text import line_width
 from app.widgets.tokens import tk
 
-NOTHING = HomeView()
-
 
 class HomeState(EventDispatcher):
-    """Read by kv: the fields of HomeView. ``busy`` has the names of the commands under way for the robot shown."""
+    """Read by kv. ``busy`` has the names of the commands under way for the robot shown."""
 
     loaded = BooleanProperty(False)
     fleet = ObjectProperty(FleetState(), rebind=True)  # the page All robots
-    has_robots = BooleanProperty(False)
-    card = ObjectProperty(NOTHING.card, rebind=True)
-    map = ObjectProperty(NOTHING.map, rebind=True)
-    send_title = StringProperty()
-    tiles = ListProperty()
-    today = ListProperty()
-    clear_count = NumericProperty(0)
+    view = ObjectProperty(HomeView(), rebind=True)  # the robot's page in words
     busy = ListProperty()
     foot_rests = BooleanProperty(False)  # a tap on the card's button belongs to the press before
     room = NumericProperty(7)  # rows of Today in sight
@@ -191,7 +184,7 @@ class PlaceMap(OnlySeen, ButtonBehavior, RobotMap):
 class RobotPlace(Part):
     """The robot on its own map, if both are known."""
 
-    map = ObjectProperty(NOTHING.map, rebind=True)
+    map = ObjectProperty(NO_MAP, rebind=True)
     texture = ObjectProperty(None, allownone=True)
 
     def __init__(self, **kwargs: Any) -> None:

@@ -85,7 +85,7 @@ class HomeCommands(HomeState):
 
     def press_foot(self) -> None:
         """The next step of the robot that is shown, or Pause."""
-        robot, action = self.facts.robot, self.card.foot.action
+        robot, action = self.facts.robot, self.view.card.foot.action
         if robot is None or self._presses.is_same(foot_of(robot.id)):
             return
         match action:
@@ -136,7 +136,7 @@ class HomeCommands(HomeState):
 
     def clear_queue(self) -> None:
         """Asked first: what is aborted can't be brought back."""
-        robot, count = self.facts.robot, self.clear_count
+        robot, count = self.facts.robot, self.view.clear_count
         if robot is None or not count or self._presses.is_same(OfRobot("clear", robot.id)):
             return
         title = ngettext(
@@ -145,7 +145,7 @@ class HomeCommands(HomeState):
         text = _("Missions of others go too. A running one is cancelled.")
         if not self.facts.snapshot.capabilities.own_queue:
             text = _("Missions of others stay. A running one is cancelled.")
-        if self.card.old:
+        if self.view.card.old:
             text += " " + _("{robot} doesn't answer now, so perhaps nothing is removed.").format(robot=robot.name)
         asked = title.format(n=count, robot=robot.name)
         self._shell.sheets.ask(asked, text, _("Clear queue"), lambda: self._clear(robot), _("Keep"))
@@ -175,7 +175,7 @@ class HomeCommands(HomeState):
             return  # without a row: it went in the frame of the press
         name, ours = row.title, next((each for each in self.facts.open if key == ("execution", each.id)), None)
         if not row.number:
-            following = next((each.title for each in self.today if each.number and each.actions), "")
+            following = next((each.title for each in self.view.today if each.number and each.actions), "")
             is_moving = row.tone == "accent"
             stops = (ours.taken_by if ours is not None else "") or ("" if robot.is_any else robot.name)
             ask_to_stop(
@@ -187,7 +187,7 @@ class HomeCommands(HomeState):
             ask_to_cancel(self._shell, name, robot.name, ours, lambda: self._agreed(robot, key, name))
 
     def _row(self, key: tuple[str, int]) -> Item | None:
-        return next((row for row in self.today if row.key == key), None)
+        return next((row for row in self.view.today if row.key == key), None)
 
     def _agreed(self, robot: Robot, key: tuple[str, int], name: str) -> None:
         """Cancel it if it still only waits; a run that has begun since needs another question."""
@@ -222,8 +222,8 @@ class HomeCommands(HomeState):
             self._refused(robot, name)(problem)
 
     def answer(self, option: str) -> None:
-        if self.facts.robot is not None and self.card.note.guid:
-            self.answer_of(self.facts.robot, self.card.note.guid, option)
+        if self.facts.robot is not None and self.view.card.note.guid:
+            self.answer_of(self.facts.robot, self.view.card.note.guid, option)
 
     def answer_of(self, robot: Robot, guid: str, option: str) -> None:
         """Answer that robot's question."""

@@ -37,24 +37,13 @@ Cause = tuple[str, str, str]  # a group of states, the problem in words, and the
 
 
 @dataclass(frozen=True)
-class Cell:
-    """A robot in its place; ``key`` is its id. ``fact``: the one thing that a wide cell says of it."""
-
-    key: int
-    name: str
-    fact: str = ""
-    icon: str = ""
-    tone: str = "neutral"
-    loud: bool = False
-
-
-@dataclass(frozen=True)
 class Look:
-    """One robot as it is shown. If it needs a person: why (``problem``), since when, its question, and the command that helps."""
+    """One robot as it is shown: its ``cell`` has its name and one fact. If it needs a person: why (``problem``), since when, its question,
+    and the command that helps."""
 
     robot: Robot
     group: Group
-    cell: Cell
+    cell: Item
     said: str = ""  # its state and battery as last known
     is_known: bool = True  # it has been asked
     problem: str = ""
@@ -70,24 +59,15 @@ class Look:
 
 
 @dataclass(frozen=True)
-class Part:
-    """A number in the head of a group of robots."""
-
-    icon: str
-    text: str
-    tone: str = "neutral"
-
-
-@dataclass(frozen=True)
 class Head:
-    """The head of a group of robots; ``key`` is the place of the group among all."""
+    """The head of a group of robots; ``key`` is the place of the group among all, ``bad`` and ``calm`` how many are in which state."""
 
     key: tuple[str, int]
     name: str
     robots: str
     is_open: bool
-    bad: tuple[Part, ...]
-    calm: tuple[Part, ...]
+    bad: tuple[Option, ...]
+    calm: tuple[Option, ...]
     panelclass: str = "FleetHead"
     is_whole_row = True
 
@@ -137,7 +117,7 @@ def look(
     return Look(
         robot,
         group,
-        Cell(robot.id, robot.name, fact, icon, kind.tone, kind.loud),
+        Item(robot.id, robot.name, fact, icon=icon, tone=kind.tone, loud=kind.loud),
         " · ".join(dict.fromkeys((last.word, battery.text))),
         snapshot.connection is not Connection.UNKNOWN,
         " ".join(_problem(robot, snapshot, group, state.word, is_low, settings).split()),
@@ -355,11 +335,13 @@ def heads(
 def _head(n: int, name: str, looks: Sequence[Look], is_open: bool) -> Head:
     found = Counter(each.group for each in looks if not each.robot.is_any)
     bad = tuple(
-        Part(look_of(group).icon, str(found[group]), look_of(group).tone)
+        Option(group, str(found[group]), look_of(group).icon, tone=look_of(group).tone)
         for group in URGENCY
         if group in NEEDS_HELP and found[group]
     )
-    calm = tuple(Part(look_of(group).icon, str(found[group])) for group in (Group.WORKING, Group.READY, Group.CHARGING))
+    calm = tuple(
+        Option(group, str(found[group]), look_of(group).icon) for group in (Group.WORKING, Group.READY, Group.CHARGING)
+    )
     return Head(("hall", n), name, robots_in_words(each.robot for each in looks), is_open, bad, calm)
 
 

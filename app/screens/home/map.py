@@ -20,11 +20,9 @@ class MapView:
     """Without ``picture`` nothing is known. Points are fractions of the picture."""
 
     picture: MapPicture | None = None
-    name: str = ""
     at: tuple[float, ...] = ()
     heading: float = 0.0
     tone: str = "accent"  # of the robot on the map
-    places: tuple[Place, ...] = ()
     path: tuple[tuple[float, ...], ...] = ()  # straight from the robot to its goal, if that is known
     label: str = ""  # at the goal how far it is, or at an old position when that was
 
@@ -86,11 +84,9 @@ def map_view(facts: HomeFacts, now: datetime, tone: str, old: bool) -> MapView:
         label = _("seen {time}").format(time=formats.day_and_time(snapshot.read_at, facts.settings.timezone, now))
     return MapView(
         picture,
-        picture.name,
         at,
         picture.heading(status.position.orientation),
         "offline" if old else "accent" if tone == "neutral" else tone,
-        picture.places,
         (at, (goal.x, goal.y)) if goal is not None else (),
         label,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from kivy.core.window import Window
@@ -174,14 +174,11 @@ class HomeViewModel(HomeCommands, ViewModel):
     def _show(self) -> None:
         now = self._services.clock.now()
         facts = replace(self.facts, reset_without_effect=self._reset.without_effect)
-        view = present(facts, now, self.room)
+        self.view = present(facts, now, self.room)
         robot_id = self._shell.navigator.robot_id = self.facts.robot.id if self.facts.robot is not None else None
-        was, self._foot = self._foot, (robot_id or 0, view.card.foot.action)
+        was, self._foot = self._foot, (robot_id or 0, self.view.card.foot.action)
         if was[0] == robot_id and was != self._foot:
             self._presses.rest(foot_of(robot_id))  # a finger about to press it must not do what it does now
-        for field in fields(view):
-            value = getattr(view, field.name)
-            setattr(self, field.name, list(value) if isinstance(value, tuple) else value)
         self.tabs = tabs(self.facts, robot_id, now)
         if self.shows_map:
             self.robots_on_map = list(robots_on_map(self.facts, now))
@@ -258,16 +255,18 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def show_more(self, anchor: Widget) -> None:
         """What is seldom done to the queue."""
-        items = [Option("clear", _("Clear queue"), "playlist-remove", disabled=not self.clear_count)]
+        items = [Option("clear", _("Clear queue"), "playlist-remove", disabled=not self.view.clear_count)]
         seen = self.facts.snapshot
-        if self.card.foot.action == "pause" and not self.card.old and can_reset(seen.status):
+        if self.view.card.foot.action == "pause" and not self.view.card.old and can_reset(seen.status):
             why = why_not(seen.capabilities.clear_error)
             items.append(Option("reset", why or _("Reset errors"), "restore", disabled=bool(why)))
         calls: dict[str, Callable[[], object]] = {"clear": self.clear_queue, "reset": self.reset_errors}
         self._shell.dialogs.menu(anchor, _("Queue"), items, lambda key: calls[key]())
 
     def show_battery(self, anchor: Widget) -> None:
-        self._shell.dialogs.menu(anchor, _("Battery"), [], lambda _key: None, battery_words(self.facts, self.card.old))
+        self._shell.dialogs.menu(
+            anchor, _("Battery"), [], lambda _key: None, battery_words(self.facts, self.view.card.old)
+        )
 
     def open_map(self) -> None:
         self.shows_map = True
@@ -294,9 +293,9 @@ class HomeScreen(ScreenBase):
         self._pages: dict[str, Widget] = {}  # by layout
         load_kv("home/page", "home/fleet", "home/sending")
         super().__init__(vm=vm, **kwargs)
-        vm.bind(**dict.fromkeys(("loaded", "has_robots", "shows_map"), self._choose_layout))
+        vm.bind(**dict.fromkeys(("loaded", "view", "shows_map"), self._choose_layout))
         vm.fleet.bind(is_shown=self._choose_layout)
-        vm.bind(tabs=self._show_tabs, card=self._show_tabs)  # the card: another robot may be shown
+        vm.bind(tabs=self._show_tabs)
         self.bind(tall=self._choose_layout, low=self._choose_layout, size=self._choose_layout)
         self._choose_layout()
 
@@ -315,7 +314,7 @@ class HomeScreen(ScreenBase):
         is_upright = width < min(height, dp(1000))
         is_small = height < (dp(1000) if is_upright else sp(460)) or width < sp(610 if is_upright else 750)
         one = "small" if is_small else "tall" if is_upright else "low" if self.low else "wide"
-        layout = NO_ROBOT if not self.vm.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
+        layout = NO_ROBOT if not self.vm.view.has_robots else ALL_ROBOTS if self.vm.fleet.is_shown else one
         if self.vm.shows_map and layout == one:
             layout = MAP
         if layout != self.layout:

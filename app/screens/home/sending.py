@@ -93,7 +93,7 @@ class Sending:
         names, guid = self._shell.mission_names, mission.guid
         sheet = SendSheet(sending=self, robot_id=robot.id, mission=mission, title=mission.name)
         sheet.take(names.known.parameters.get(guid))
-        sheet.busy = not self._home.card.old  # the robot is asked
+        sheet.busy = not self._home.view.card.old  # the robot is asked
         self._put(sheet)
         self._shell.background.run(
             lambda: self._services.parameters.said_before(robot.id, guid),
@@ -108,7 +108,7 @@ class Sending:
 
     def open_all(self) -> None:
         """The sheet of all missions."""
-        self._put(AllMissionsSheet(sending=self, title=self._home.send_title))
+        self._put(AllMissionsSheet(sending=self, title=self._home.view.send_title))
 
     def _put(self, sheet: HomeSheet) -> None:
         self._shell.sheets.show(sheet)
@@ -172,7 +172,7 @@ class Sending:
         if not any(group.id == sheet.group_id and robot.id in group.members for group in groups):
             sheet.group_id = None  # the group was deleted
         now = self._services.clock.now()
-        sheet.view = send_view(facts, robot, self._home.card, sheet.mission, sheet.group_id, self.usual, now)
+        sheet.view = send_view(facts, robot, self._home.view.card, sheet.mission, sheet.group_id, self.usual, now)
 
     # ------------------------------------------------------------------ what the operator presses
     def choose(self, key: object) -> None:

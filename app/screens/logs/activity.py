@@ -64,12 +64,6 @@ class ActivityFacts:
 Tick = tuple[float, str, bool]  # hour, label, whether a day or a week begins
 
 
-@dataclass(frozen=True)
-class LegendEntry:
-    kind: str
-    text: str
-
-
 def read_activity(services: LogsServices, filters: Filters, window: Window, now: datetime) -> ActivityFacts:
     """Called off the UI thread."""
     start, end = window.span(now)
@@ -99,9 +93,9 @@ def window_word(window: Window) -> str:
     return next(option.text for option in window_options() if option.key == window.length)
 
 
-def legend(facts: ActivityFacts) -> list[LegendEntry]:
+def legend(facts: ActivityFacts) -> list[tuple[str, str]]:
     drawn = {span.activity for one in facts.timelines for span in one.spans}
-    return [LegendEntry(kind, word(kind)) for kind in KINDS if kind in drawn]
+    return [(kind, word(kind)) for kind in KINDS if kind in drawn]
 
 
 def lanes(facts: ActivityFacts, opened: Hashable = None) -> list[Lane]:

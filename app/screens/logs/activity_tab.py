@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import TYPE_CHECKING
 
-from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, StringProperty
 
 from app.domain.activity import ActivitySpan
 from app.i18n import _
 from app.screens.common import formats
-from app.screens.common.shell import Shell
-from app.screens.common.view_model import Refresher
 from app.screens.logs import activity
 from app.screens.logs.activity import HOUR, ActivityFacts, Window
-from app.screens.logs.facts import LogsServices
 from app.screens.logs.files import explain
-
-if TYPE_CHECKING:
-    from app.screens.logs.screen import LogsViewModel
+from app.screens.logs.part import LogsPart
 
 
-class ActivityTab(EventDispatcher):
+class ActivityTab(LogsPart[ActivityFacts]):
     """``first`` and ``hours`` are the visible time, in hours from the same instant as the bars."""
 
     lanes = ListProperty()
@@ -34,21 +27,15 @@ class ActivityTab(EventDispatcher):
     is_now = BooleanProperty(True)
     touched = False  # a finger moves the lanes now
 
-    def __init__(self, services: LogsServices, shell: Shell, logs: LogsViewModel) -> None:
-        super().__init__()
-        self._services, self._shell, self._logs = services, shell, logs
-        self._window = Window()
-        self._facts: ActivityFacts | None = None
-        self._open_group: Hashable = None
-        self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: (logs.wanted, self._window))
+    _window = Window()
+    _open_group: Hashable = None
+
+    def _wanted(self) -> object:
+        return self._logs.wanted, self._window
 
     def _start_reading(self) -> Callable[[], ActivityFacts]:
         services, filters, window, now = self._services, self._logs.wanted, self._window, self._services.clock.now()
         return lambda: activity.read_activity(services, filters, window, now)
-
-    def _take(self, facts: ActivityFacts) -> None:
-        self._facts = facts
-        self.show()
 
     def show(self) -> None:
         self.length, self.is_now = activity.window_word(self._window), self._window.end is None

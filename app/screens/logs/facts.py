@@ -10,10 +10,11 @@ from zoneinfo import ZoneInfo
 from app.database.execution_history import ExecutionFilter, PageKey
 from app.domain.clock import Clock
 from app.domain.execution import DurationEstimate, Execution, ReasonCode, State
-from app.domain.models import Group, Robot, Settings
+from app.domain.models import Settings
 from app.domain.reasons import codes_with
 from app.i18n import _
-from app.screens.common.name_order import by_name, with_id
+from app.screens.common.name_order import by_name
+from app.screens.common.plant import Plant
 from app.screens.logs.story import StoryFacts
 from app.screens.logs.view import Filters, Period, like_of
 from app.services.catalogue.catalogue import Catalogue
@@ -51,13 +52,10 @@ class LogsServices:
 
 
 @dataclass(frozen=True)
-class LogsFacts:
+class LogsFacts(Plant):
     """The newest runs that ``filters`` let through, and what is needed to show them."""
 
     filters: Filters = field(default_factory=Filters)
-    settings: Settings = field(default_factory=Settings)
-    robots: tuple[Robot, ...] = ()
-    groups: tuple[Group, ...] = ()
     missions: tuple[str, ...] = ()
     rows: tuple[Execution, ...] = ()
     next: PageKey | None = None  # where the next page begins; None: no next page
@@ -67,19 +65,9 @@ class LogsFacts:
     expected: Mapping[int, DurationEstimate] = field(default_factory=dict)  # by id, of what is open
 
     @property
-    def zone(self) -> ZoneInfo:
-        return ZoneInfo(self.settings.timezone)
-
-    @property
     def count(self) -> int:
         """Rows that the filters let through."""
         return sum(number for state, number in self.counts.items() if state in (self.filters.states or State))
-
-    def target(self, run: Execution) -> Robot | Group | None:
-        """Its robot or group, if that still exists."""
-        if run.group_id is None:
-            return with_id(self.robots, run.robot_id)
-        return with_id(self.groups, run.group_id)
 
     def with_more(self, page: LogsFacts) -> LogsFacts:
         """The same with the rows of the next page, unless they are known already."""
@@ -115,10 +103,10 @@ def read_facts(services: LogsServices, filters: Filters, rows: int = PAGE) -> Lo
     wanted = execution_filter(filters, services.clock.now(), ZoneInfo(settings.timezone))
     page = history.page(wanted, size=max(rows, PAGE_OF_PROBLEMS) if filters.folds else rows)
     return LogsFacts(
-        filters,
         settings,
         by_name(services.catalogue.robots()),
         by_name(services.catalogue.groups()),
+        filters,
         tuple(sorted({mission.name for mission in services.catalogue.missions()}, key=str.casefold)),
         tuple(page.rows),
         page.next,

@@ -15,7 +15,7 @@ from app.screens.logs.figures import Figures
 from app.screens.logs.numbers import in_unit, label
 from app.screens.logs.view import Like, like_kind
 from app.services.history.figures import FIGURES, Cause, Facts, Figure, Unit
-from app.services.planning.durations import Trend
+from app.services.planning.durations import Band, Trend
 
 MAX_POINTS = 11  # of a card's small history
 LEAST_SHARE = 0.1  # that the history of a share spans: less would make a mountain of nothing
@@ -80,15 +80,6 @@ class Point:
 
 
 @dataclass(frozen=True)
-class UsualBand:
-    """What was usual before the period: eight of ten runs took between ``low`` and ``high`` seconds; ``middle`` is the median."""
-
-    low: float
-    middle: float
-    high: float
-
-
-@dataclass(frozen=True)
 class TrendLine:
     """How long a mission takes, day by day. ``key``: robots may have missions of one name."""
 
@@ -96,7 +87,7 @@ class TrendLine:
     mission: str
     value: str
     points: tuple[Point, ...]
-    band: UsualBand | None
+    band: Band | None
     scale: tuple[str, str]  # the lowest and the highest that is drawn
     days: tuple[str, str]  # the first and the last day
     tone: str = "neutral"
@@ -261,7 +252,7 @@ def _trend(trend: Trend, first: date | None, last: date | None) -> TrendLine:
             Point((day.day - first).days / length, day.median_s, day.day - timedelta(days=1) in known)
             for day in trend.days
         ),
-        UsualBand(usual.p10_s, usual.p50_s, usual.p90_s) if usual else None,
+        usual,
         (formats.rough_duration(min(drawn)), formats.rough_duration(max(drawn))),
         (formats.wall_day(first), formats.wall_day(last)),
         "attention" if trend.is_longer else "neutral",

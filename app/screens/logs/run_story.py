@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
-from kivy.event import EventDispatcher
 from kivy.properties import BooleanProperty, ObjectProperty
 
 from app.domain import rules
@@ -17,9 +16,9 @@ from app.screens.common.robot_appearance import is_old
 from app.screens.common.shell import PROBLEM_SECONDS, Shell
 from app.screens.common.start_now import is_stopped, why_not
 from app.screens.common.started import StartReports
-from app.screens.common.view_model import Refresher
 from app.screens.logs import of_groups, view
 from app.screens.logs.facts import LogsServices, filters_with, read_story
+from app.screens.logs.part import LogsPart
 from app.screens.logs.story import Story, StoryFacts, story
 from app.screens.logs.view import Filters, Period
 from app.widgets.items import Item
@@ -43,7 +42,7 @@ class StoryCause(TonedSurface):
     story = ObjectProperty(Story(), rebind=True)
 
 
-class RunStory(EventDispatcher):
+class RunStory(LogsPart[StoryFacts | None]):
     """Of the run with the id ``run``, whose story is shown or being read."""
 
     run = ObjectProperty(None, allownone=True)
@@ -53,13 +52,10 @@ class RunStory(EventDispatcher):
     like = ObjectProperty(Item(None), rebind=True)  # the row that leads to the runs of the same cause
 
     def __init__(self, services: LogsServices, shell: Shell, logs: LogsViewModel) -> None:
-        super().__init__()
-        self._services, self._shell, self._logs = services, shell, logs
-        self._facts: StoryFacts | None = None
+        super().__init__(services, shell, logs)
         self._is_linked = False  # another screen asked for it: its list has to have it
         self._sheet: StorySheet | None = None
         self._started = StartReports(logs, shell, services.history)
-        self.refresher = Refresher(shell, self._start_reading, self._take, wanted=lambda: self.run)
         self.fbind("run", self._look_around)
         logs.fbind("rows", self._look_around)
 
@@ -89,6 +85,9 @@ class RunStory(EventDispatcher):
         return was_linked
 
     # ------------------------------------------------------------------ reading
+    def _wanted(self) -> object:
+        return self.run
+
     def _start_reading(self) -> Callable[[], StoryFacts | None]:
         services, run = self._services, self.run
         return lambda: None if run is None else read_story(services, run)
@@ -102,13 +101,12 @@ class RunStory(EventDispatcher):
             self.close()
             self._logs.read()
             return
-        self._facts = facts
         if self._is_linked:
             self._is_linked = False
             zone = ZoneInfo(self._services.settings().timezone)
             now, period = self._services.clock.now(), self._logs.wanted.period
             self._logs.show_runs(filters_with(facts.run.planned_at, now, zone, period), run)
-        self.show()
+        super()._take(facts)
 
     def show(self) -> None:
         facts = self._facts

@@ -13,13 +13,13 @@ from app.database.robots import Hold
 from app.domain import names
 from app.domain.clock import MOMENT, Clock
 from app.domain.execution import Execution
-from app.domain.models import Connection, Group, InvalidInput, Mission, Robot, Schedule, Settings
+from app.domain.models import Connection, InvalidInput, Mission, Robot, Schedule, Settings
 from app.screens.common.holding import hold_for, hold_of_run
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames, Start
-from app.screens.common.name_order import by_name
+from app.screens.common.name_order import by_name, with_id
+from app.screens.common.plant import Plant
 from app.screens.common.robot_appearance import is_old, is_silent, state_appearance
 from app.screens.common.start_now import is_stopped
-from app.screens.scheduler.draft import Draft
 from app.services.catalogue.catalogue import Catalogue
 from app.services.catalogue.moving import Moving
 from app.services.catalogue.pausing import Pausing
@@ -99,11 +99,8 @@ def _beyond(start: datetime, hours: float, zone: ZoneInfo, calendar: WorkingCale
 
 
 @dataclass(frozen=True)
-class SchedulerFacts:
-    settings: Settings = field(default_factory=Settings)
+class SchedulerFacts(Plant):
     calendar: WorkingCalendar = field(default_factory=lambda: WorkingCalendar(Settings()))
-    robots: tuple[Robot, ...] = ()
-    groups: tuple[Group, ...] = ()
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     refused: Mapping[int, InvalidInput] = field(default_factory=dict)  # by schedule: why no robot takes its values
@@ -133,10 +130,6 @@ class SchedulerFacts:
     skips: frozenset[tuple[int, datetime]] = frozenset()  # future skipped starts: schedule and instant
     moved: frozenset[tuple[int, datetime]] = frozenset()  # the same of starts that were moved, where they were
 
-    @property
-    def zone(self) -> ZoneInfo:
-        return ZoneInfo(self.settings.timezone)
-
     def hold(self, robot_id: int | None, group_id: int | None, at: datetime) -> Hold | None:
         """The hold that stops a start on that robot at that instant; without a robot, on all of the group."""
         return hold_for(self.holds, robot_id, self.group(group_id) if robot_id is None else None, self.robots, at)
@@ -145,26 +138,11 @@ class SchedulerFacts:
         """The same of a planned start."""
         return hold_of_run(self.holds, run, self.robots)
 
-    def robot(self, robot_id: int | None) -> Robot | None:
-        return next((robot for robot in self.robots if robot.id == robot_id), None)
-
-    def group(self, group_id: int | None) -> Group | None:
-        return next((group for group in self.groups if group.id == group_id), None)
-
-    def target(self, schedule: Schedule | Draft) -> Robot | Group | None:
-        """Whom it names: a robot or a group."""
-        return self.robot(schedule.robot_id) if schedule.group_id is None else self.group(schedule.group_id)
-
-    def members(self, group_id: int | None) -> tuple[Robot, ...]:
-        """In order of name."""
-        group = self.group(group_id)
-        return tuple(robot for robot in self.robots if group is not None and robot.id in group.members)
-
     def mission(self, mission_id: int | None) -> Mission | None:
-        return next((mission for mission in self.missions if mission.id == mission_id), None)
+        return with_id(self.missions, mission_id)
 
     def schedule(self, schedule_id: int | None) -> Schedule | None:
-        return next((schedule for schedule in self.schedules if schedule.id == schedule_id), None)
+        return with_id(self.schedules, schedule_id)
 
     def is_skipped(self, execution: Execution, now: datetime) -> bool:
         """Whether it is a future start that a person has skipped."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from operator import attrgetter
 from typing import Any
 from zoneinfo import ZoneInfo
 
@@ -40,14 +41,6 @@ MANY_A_DAY = 100  # starts
 
 
 @dataclass(frozen=True)
-class StartRow:
-    """One of the next starts; ``kind`` is the icon of one with a warning, a held one or a skipped one."""
-
-    text: str
-    kind: str = ""
-
-
-@dataclass(frozen=True)
 class FormView:
     """The form's draft in words."""
 
@@ -74,7 +67,7 @@ class FormView:
     advanced: str = ""  # the rarer fields in a few words, while they are folded
     sentence: str = ""
     is_much: bool = False  # very many starts a day
-    starts: tuple[StartRow, ...] = ()
+    starts: tuple[Option, ...] = ()  # the next ones; the icon is of one with a warning, a held one or a skipped one
     notes: tuple[NoteRow, ...] = ()
     why: str = ""  # it can't be saved
     wrong_field: str = ""  # the field with the problem, which shows it; empty: shown next to Save
@@ -292,7 +285,7 @@ def nth_options() -> list[Option]:
 
 
 # ---------------------------------------------------------------------- what would follow
-def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[StartRow, ...]:
+def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now: datetime) -> tuple[Option, ...]:
     """The next starts, and between them the chosen days that are left out."""
     if forecast is None:
         return ()
@@ -303,17 +296,14 @@ def _starts(facts: SchedulerFacts, forecast: Forecast | None, draft: Draft, now:
         text = f"{dated(local.date(), today.date())} · {formats.wall_time(local)}"
         held = held_word(facts.hold(draft.robot_id, draft.group_id, at), at, draft.start_window_minutes, facts.settings)
         if at in forecast.skipped:
-            rows.append((at, StartRow(f"{text} · {_('not run')}", SKIPPED)))
+            rows.append(Option(at, f"{text} · {_('not run')}", SKIPPED))
         else:
             kind = HAND if held else "alert" if at in marked else ""
-            rows.append((at, StartRow(" · ".join(filter(None, (text, held))), kind)))
-    rows += _left_out(facts, forecast, draft, now)
-    return tuple(row for _at, row in sorted(rows, key=lambda each: each[0]))
+            rows.append(Option(at, " · ".join(filter(None, (text, held))), kind))
+    return tuple(sorted([*rows, *_left_out(facts, forecast, draft, now)], key=attrgetter("key")))
 
 
-def _left_out(
-    facts: SchedulerFacts, forecast: Forecast, draft: Draft, now: datetime
-) -> Iterator[tuple[datetime, StartRow]]:
+def _left_out(facts: SchedulerFacts, forecast: Forecast, draft: Draft, now: datetime) -> Iterator[Option]:
     """Ticked days that are no working days, until the last start that is shown, or of a week."""
     closed, zone = closed_weekdays(facts, draft), ZoneInfo(draft.timezone)
     today = now.astimezone(zone).date()
@@ -324,4 +314,4 @@ def _left_out(
         day = first + timedelta(days=n)
         if WEEKDAYS[day.weekday()] in closed:
             at = datetime.combine(day, draft.at, zone).astimezone(UTC)
-            yield at, StartRow(f"{dated(day, today)} · {_('day off')}", "calendar-remove")
+            yield Option(at, f"{dated(day, today)} · {_('day off')}", "calendar-remove")

@@ -9,9 +9,10 @@ from typing import Any
 
 from app.domain.check_up import Report
 from app.domain.clock import Clock
-from app.domain.models import DayException, Fleet, Group, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
+from app.domain.models import DayException, Fleet, Mission, Place, Robot, RobotSnapshot, Schedule, Settings
 from app.screens.common.mission_names import NOTHING_KNOWN, MissionNames
 from app.screens.common.name_order import by_name, with_id
+from app.screens.common.plant import Plant
 from app.services.catalogue.catalogue import Catalogue
 from app.services.check_up.fleet_check_ups import FleetCheckUps
 from app.services.check_up.service import CheckUps
@@ -50,15 +51,12 @@ class SettingsServices:
 
 
 @dataclass(frozen=True)
-class SettingsFacts:
-    settings: Settings = field(default_factory=Settings)
-    robots: tuple[Robot, ...] = ()
+class SettingsFacts(Plant):
     fleets: tuple[Fleet, ...] = ()
     missions: tuple[Mission, ...] = ()
     usual_s: Mapping[str, float] = field(default_factory=dict)  # how long missions took, by guid; absent: never run
     schedules: tuple[Schedule, ...] = ()
     refused: frozenset[int] = frozenset()  # schedules whose values no robot takes
-    groups: tuple[Group, ...] = ()
     places: tuple[Place, ...] = ()
     proposed: tuple[ProposedPlace, ...] = ()
     snapshots: Mapping[int, RobotSnapshot] = field(default_factory=dict)  # by robot id
@@ -86,9 +84,6 @@ class SettingsFacts:
         newest: Any = tuple(it if each.id == it.id else each for each in getattr(self, kind))
         return replace(self, **{kind: newest})
 
-    def robot(self, robot_id: int | None) -> Robot | None:
-        return with_id(self.robots, robot_id)
-
     def fleet(self, fleet_id: int | None) -> Fleet | None:
         return with_id(self.fleets, fleet_id)
 
@@ -103,15 +98,8 @@ class SettingsFacts:
     def mission(self, mission_id: int | None) -> Mission | None:
         return with_id(self.missions, mission_id)
 
-    def group(self, group_id: int | None) -> Group | None:
-        return with_id(self.groups, group_id)
-
     def place(self, place_id: int | None) -> Place | None:
         return with_id(self.places, place_id)
-
-    def members(self, group: Group) -> tuple[Robot, ...]:
-        """In order of name."""
-        return tuple(robot for robot in self.robots if robot.id in group.members)
 
     def snapshot(self, robot_id: int) -> RobotSnapshot:
         return self.snapshots.get(robot_id) or RobotSnapshot(robot_id)

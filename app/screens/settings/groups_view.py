@@ -16,7 +16,7 @@ def group_items(facts: SettingsFacts, chosen: int | None = None) -> list[Item]:
 
 
 def _group_item(facts: SettingsFacts, group: Group, chosen: int | None) -> Item:
-    missing = len({mission.id for robot in facts.members(group) for mission in facts.missing[robot.id]})
+    missing = len({mission.id for robot in facts.members(group.id) for mission in facts.missing[robot.id]})
     return Item(
         group.id,
         group.name,

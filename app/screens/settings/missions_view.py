@@ -52,10 +52,10 @@ class Choice:
 def columns(facts: SettingsFacts, choice: Choice, most: int) -> list[tuple[str, tuple[Robot, ...]]]:
     """The head and the robots of each of at most ``most`` columns: a robot, else a group, else all of them in one."""
     group = facts.group(choice.group_id)
-    robots = facts.members(group) if group else facts.robots
+    robots = facts.members(group.id) if group else facts.robots
     if len(robots) <= min(most, MOST_COLUMNS):
         return [(robot.name, (robot,)) for robot in robots]
-    groups = [(each.name, facts.members(each)) for each in facts.groups]
+    groups = [(each.name, facts.members(each.id)) for each in facts.groups]
     rest = tuple(robot for robot in robots if not any(robot.id in each.members for each in facts.groups))
     groups += [(_("Others"), rest)] if rest else []
     if group is None and 1 < len(groups) <= min(most, MOST_COLUMNS):

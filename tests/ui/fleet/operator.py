@@ -35,7 +35,7 @@ def tiles(ui) -> list[str]:
         x, y = cell.to_window(*cell.pos)
         return -round(y), x
 
-    return [cell.item.name for cell in sorted(ui.find_all(RobotCell), key=place)]
+    return [cell.item.title for cell in sorted(ui.find_all(RobotCell), key=place)]
 
 
 def counted(ui) -> list[str]:
@@ -62,7 +62,7 @@ def press(ui, title: str, text: str) -> None:
 
 
 def open_tile(ui, name: str) -> None:
-    ui.tap(ui.find(RobotCell, name=name))
+    ui.tap(ui.find(RobotCell, title=name))
 
 
 def go_back(ui) -> None:

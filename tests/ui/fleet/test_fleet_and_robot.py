@@ -86,7 +86,7 @@ def test_an_opened_tile_selects_its_robot_although_another_was_chosen_since(cont
         next(robot.id for robot in container.catalogue.robots() if robot.name == name) for name in ("Aino", "Veikko")
     )
     with shown(container, ui) as app:
-        ui.wait(lambda: ui.find_all(RobotCell, name="Aino"))
+        ui.wait(lambda: ui.find_all(RobotCell, title="Aino"))
         container.catalogue.change_settings(selected_robot_id=veikko)
         open_tile(ui, "Aino")
         settle(app, ui)
@@ -128,7 +128,7 @@ def test_the_ring_goes_along_to_a_robot_and_back(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         settle(app, ui)
-        tab_to(ui, RobotCell, name="Sisu")
+        tab_to(ui, RobotCell, title="Sisu")
         for _round in range(2):
             ui.key(ENTER)
             ui.wait(lambda: ui.find_all(HomeWide) and tab_shown(ui) == "Sisu")

@@ -73,11 +73,11 @@ def test_while_the_cells_move_one_a_frame_becomes_another(container, ui):
         grid.scroll_y = 0.9
         for robot in robots[1:11]:
             see(container, robot, sample.STOPPED)
-        before, changed = [cell.fact for cell in grid.panels], []
+        before, changed = [cell.support for cell in grid.panels], []
         for n in range(16):
             grid.scroll_y = 0.9 - n / 100
             ui.advance()  # three frames
-            now = [cell.fact for cell in grid.panels]
+            now = [cell.support for cell in grid.panels]
             changed.append(sum(a != b for a, b in zip(before, now, strict=True)))
             before = now
         assert max(changed) == 3

@@ -71,8 +71,8 @@ def test_a_poll_changes_its_cell_the_list_and_the_counts_and_no_place(container,
         assert (head(ui), to_do(ui)) == ("2 need you", [robots[3].name, robots[1].name])
         assert "All well" not in ui.texts()
         assert tiles(ui) == before
-        cell = ui.find(RobotCell, name=robots[3].name)
-        assert (cell.item.fact, cell.tone, cell.item.loud) == ("Stopped", "fault", True)
+        cell = ui.find(RobotCell, title=robots[3].name)
+        assert (cell.item.support, cell.tone, cell.item.loud) == ("Stopped", "fault", True)
 
 
 def test_a_robot_that_is_deleted_before_its_turn_is_not_looked_at(container, robots, ui):
@@ -114,7 +114,7 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
     container.db.write(lambda c: repository.add_each_once(c, [done])[0])
     see(container, aino, sample.EXECUTING, (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
     with shown(container, ui):
-        ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))
+        ui.wait(lambda: ui.find_all(RobotCell, title="Aino", fact="5 min left"))
         assert counted(ui) == ["1 working", "5 ready"]
 
 
@@ -128,9 +128,9 @@ def test_a_run_is_followed_before_the_queue_is_read_again(container, robots, ui)
     container.db.write(lambda c: repository.add_each_once(c, [done])[0])
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=900))
     with shown(container, ui):
-        ui.wait(lambda: ui.find_all(RobotCell, name="Aino", fact="5 min left"))
+        ui.wait(lambda: ui.find_all(RobotCell, title="Aino", fact="5 min left"))
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901))  # somebody else's
-        ui.wait(lambda: ui.find(RobotCell, name="Aino").item.fact == "Working")
+        ui.wait(lambda: ui.find(RobotCell, title="Aino").item.support == "Working")
 
 
 def test_robots_that_are_not_heard_of_for_long_no_longer_answer(container, robots, ui):

@@ -50,7 +50,7 @@ def test_the_list_never_comes_under_a_finger(container, robots, ui):
     with shown(container, ui) as app:
         ui.wait(lambda: counted(ui) == ["6 ready"])
         settle(app, ui)
-        lift = ui.press(ui.find(RobotCell, name=robots[5].name))
+        lift = ui.press(ui.find(RobotCell, title=robots[5].name))
         see(container, robots[3], sample.STOPPED)
         ui.advance(0.5)
         assert head(ui) == ""

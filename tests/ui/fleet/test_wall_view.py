@@ -48,7 +48,7 @@ def test_what_leaves_the_wall_view_does_nothing_else(container, robots, ui, by_k
     with shown(container, ui) as app:
         ui.wait(lambda: ui.find_all(FleetPage))
         settle(app, ui)
-        cell = ui.find(RobotCell, name="Aino")
+        cell = ui.find(RobotCell, title="Aino")
         place = cell.to_window(*cell.center)
         leave_alone(app, ui)
         assert ui.find_all(WallView)

@@ -41,7 +41,7 @@ def home(app, ui):
     app.shell.sheets.give_up()
     ui.wait(
         lambda: (
-            (app.root_vm.card.name, app.root_vm.card.state) == ("Aino", "Ready")
+            (app.root_vm.view.card.name, app.root_vm.view.card.state) == ("Aino", "Ready")
             and not ui.find_all(Banner)
             and not rows(ui)
             and not app.root_vm.foot_rests

@@ -45,9 +45,9 @@ def test_a_tab_selects_the_robot_for_the_whole_app_before_the_choice_is_stored(h
     )
     try:
         open_robot(ui, "Veikko")
-        assert (home.root_vm.card.name, tab(ui, "Veikko").active) == ("Veikko", True)
+        assert (home.root_vm.view.card.name, tab(ui, "Veikko").active) == ("Veikko", True)
         ui.advance(3)
-        assert (home.root_vm.card.name, tab(ui, "Veikko").active) == ("Veikko", True)
+        assert (home.root_vm.view.card.name, tab(ui, "Veikko").active) == ("Veikko", True)
     finally:
         stored.set()
     ui.wait(lambda: home.site.container.settings().selected_robot_id == home.root_vm.facts.robot.id)

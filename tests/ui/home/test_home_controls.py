@@ -43,7 +43,7 @@ def test_pause_and_resume_are_one_button_that_says_what_it_will_do(home, ui):
     assert ui.find(CommandButton, text="Resume").busy  # a second tap on Pause resumes nothing, and it is seen why
     ui.wait(lambda: not ui.find(CommandButton, text="Resume").busy)
     press(ui, "Resume")
-    ui.wait(lambda: home.root_vm.card.state == "Ready")
+    ui.wait(lambda: home.root_vm.view.card.state == "Ready")
     assert home.aino.state()["state_id"] == 3
 
 
@@ -53,10 +53,10 @@ def test_progress_stops_while_the_robot_is_paused(home, ui):
     press(ui, "Pause")
     ui.wait(lambda: home.root_vm.facts.activities and home.root_vm.facts.activities[-1].activity == "paused")
     ui.advance(1)
-    began, shown = home.site.container.clock.now(), home.root_vm.card.progress
+    began, shown = home.site.container.clock.now(), home.root_vm.view.card.progress
     ui.wait(lambda: (home.site.container.clock.now() - began).total_seconds() > 3)
     ui.advance(1)
-    assert home.root_vm.card.progress == shown
+    assert home.root_vm.view.card.progress == shown
 
 
 def test_a_failed_command_names_robot_and_command(home, ui):
@@ -209,7 +209,7 @@ def test_clearing_the_queue_of_a_silent_robot_first_says_what_will_happen(home, 
     press(ui, "Keep")
     ui.wait(lambda: not ui.find_all(AskSheet))
     home.aino.control({"reboot_seconds": 600})
-    ui.wait(lambda: home.root_vm.card.old)
+    ui.wait(lambda: home.root_vm.view.card.old)
     clear_queue(ui)
     assert "Aino doesn't answer now, so perhaps nothing is removed." in ui.find(AskSheet).text
     ui.tap(ui.find(CommandButton, ui.find(AskSheet), text="Clear queue"))
@@ -312,7 +312,7 @@ def test_a_start_in_doubt_on_a_silent_robot_can_be_taken_back(home, ui):
     run(ui, "Deliver")
     ui.wait(lambda: api(home.aino, "GET", "/mission_queue").json() != before)
     home.aino.control({"fault": {"kind": "drop_request", "count": None}})
-    ui.wait(lambda: home.root_vm.card.old and rows(ui))
+    ui.wait(lambda: home.root_vm.view.card.old and rows(ui))
     tap_cancel(ui)
     press(ui, "Cancel mission")
     asked = "Not sent again, and cancelled there if it has arrived"
@@ -363,10 +363,10 @@ def test_cancelling_an_item_does_not_mark_the_same_number_on_another_robot(home,
     press(ui, "Cancel mission")
     ui.wait(lambda: home.shell.sheets.top is None and "Being cancelled" in dict(rows(ui)).values())
     open_robot(ui, "Veikko")
-    ui.wait(lambda: home.root_vm.card.name == "Veikko" and rows(ui) and not home.root_vm.facts.is_new)
+    ui.wait(lambda: home.root_vm.view.card.name == "Veikko" and rows(ui) and not home.root_vm.facts.is_new)
     assert "Being cancelled" not in dict(rows(ui)).values()
     open_robot(ui, "Aino")
-    ui.wait(lambda: home.root_vm.card.name == "Aino" and not home.root_vm.facts.is_new)
+    ui.wait(lambda: home.root_vm.view.card.name == "Aino" and not home.root_vm.facts.is_new)
     assert "Being cancelled" in dict(rows(ui)).values()
     ui.wait(lambda: not rows(ui))
 
@@ -378,7 +378,7 @@ def test_a_question_about_one_robot_ends_when_another_is_shown(home, ui):
     tap_cancel(ui)
     ui.wait(lambda: ui.find_all(AskSheet))
     home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Veikko"))
-    ui.wait(lambda: home.root_vm.card.name == "Veikko" and not home.root_vm.facts.is_new)
+    ui.wait(lambda: home.root_vm.view.card.name == "Veikko" and not home.root_vm.facts.is_new)
     assert not ui.find_all(AskSheet)
     assert api(home.aino, "GET", f"/mission_queue/{number}").json()["state"] == "Pending"
 
@@ -420,7 +420,7 @@ def test_one_of_ours_that_ends_behind_an_old_screen_can_not_be_cancelled_and_kee
     ui.wait(lambda: is_shown_running(ui))
     with screen_behind(home):
         ui.wait(lambda: home.aino.state()["queue"][-1]["state"] == "Done")
-        ui.wait(lambda: home.root_vm.card.old)
+        ui.wait(lambda: home.root_vm.view.card.old)
         assert not any(item.actions for item in items(ui, *QUEUE))
     ui.wait(lambda: last_ended(home.site.container, 1))
     (execution,) = last_ended(home.site.container, 1)
@@ -459,12 +459,12 @@ def test_another_robot_can_be_paused_while_one_does_not_answer(home, ui):
     press(ui, "Pause")
     assert "foot" in home.root_vm.busy
     open_robot(ui, "Veikko")
-    ui.wait(lambda: home.root_vm.card.name == "Veikko")
+    ui.wait(lambda: home.root_vm.view.card.name == "Veikko")
     assert "foot" not in home.root_vm.busy
     press(ui, "Pause")
     ui.wait(lambda: ui.find_all(CommandButton, text="Resume"), seconds=3)
     open_robot(ui, "Aino")
-    ui.wait(lambda: home.root_vm.card.name == "Aino")
+    ui.wait(lambda: home.root_vm.view.card.name == "Aino")
     assert "foot" in home.root_vm.busy  # it has not answered yet
     home.aino.control({"fault": None})
     ui.wait(lambda: "foot" not in home.root_vm.busy, seconds=20)

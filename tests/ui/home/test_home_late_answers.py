@@ -173,7 +173,7 @@ def test_a_mission_for_another_robot_is_sent_while_one_is_still_being_stored(hom
         ui.advance(0.7)
         assert ui.find_all(SendSheet)
         open_robot(ui, "Veikko")
-        ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Deliver"))
+        ui.wait(lambda: home.root_vm.view.card.name == "Veikko" and ui.find_all(SendTile, text="Deliver"))
         ui.tap(ui.find(SendTile, text="Deliver"))
         ui.wait(lambda: ui.find_all(CommandButton, text="Run on Veikko", busy=False))
         ui.advance(0.7)

@@ -17,7 +17,7 @@ STANDS = f"Still there: {ERROR}. Remove its cause at Aino, then reset again"
 def say_held(home, ui) -> None:
     """Start a mission that a hold stops."""
     home.site.container.holds.hold("shift meeting")
-    ui.wait(lambda: home.root_vm.card.send_note)
+    ui.wait(lambda: home.root_vm.view.card.send_note)
     run(ui, "Home")
     ui.wait(lambda: are_said(home, "Home is not sent to Aino yet. On hold: shift meeting"))
 
@@ -25,7 +25,7 @@ def say_held(home, ui) -> None:
 def say_silent(home, ui) -> None:
     """Start a mission on a robot that does not answer."""
     home.aino.control({"reboot_seconds": 3600})
-    ui.wait(lambda: home.root_vm.card.old)
+    ui.wait(lambda: home.root_vm.view.card.old)
     run(ui, "Home")
     ui.wait(lambda: are_said(home, "Home is not sent to Aino yet. Attempt "))
 
@@ -64,7 +64,7 @@ def test_a_start_is_not_said_to_be_held_after_the_hold_although_its_robot_is_sil
     say_held(home, ui)
     home.shell.snackbars.undo("Count is deleted", "Undo", lambda: None)
     home.aino.control({"reboot_seconds": 3600})
-    ui.wait(lambda: home.root_vm.card.old)
+    ui.wait(lambda: home.root_vm.view.card.old)
     home.site.container.holds.release()
     ui.wait(lambda: not are_said(home, "Home is not sent to Aino yet. On hold"))
 

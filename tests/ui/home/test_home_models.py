@@ -97,7 +97,7 @@ def test_stopping_a_mission_names_the_robot_that_the_fleet_chose(taken_by, text)
     shell = SimpleNamespace(sheets=SimpleNamespace(ask=lambda _title, text, *_rest: asked.append(text)))
     view_model = SimpleNamespace(
         facts=replace(known.about(fleet_facts.ANY.id), open=(run,)),
-        today=(Item(key, "Kits"),),
+        view=SimpleNamespace(today=(Item(key, "Kits"),)),
         _row=lambda _key: Item(key, "Kits"),
         _presses=SimpleNamespace(is_same=lambda _press: False),
         _shell=shell,

@@ -49,9 +49,9 @@ def test_a_sheet_had_back_sends_its_own_mission_to_its_own_robot(home, ui):
     first.draft = True
     choose(ui, "Home")
     open_robot(ui, "Veikko")
-    ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Home"))
+    ui.wait(lambda: home.root_vm.view.card.name == "Veikko" and ui.find_all(SendTile, text="Home"))
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
-    ui.wait(lambda: home.root_vm.card.name == "Aino" and not home.root_vm.facts.is_new)
+    ui.wait(lambda: home.root_vm.view.card.name == "Aino" and not home.root_vm.facts.is_new)
     assert (home.shell.sheets.top, first.title, first.foot) == (first, "Go to position", "Run on Aino")
     first.draft = False
     home.shell.sheets.close(first)
@@ -70,7 +70,7 @@ def test_a_sheet_had_back_from_another_page_sends(home, ui):
 
 def test_under_a_hold_the_sheet_and_the_message_say_that_it_waits(home, ui):
     home.site.container.holds.hold("shift meeting")
-    ui.wait(lambda: home.root_vm.card.send_note)
+    ui.wait(lambda: home.root_vm.view.card.send_note)
     choose(ui, "Home")
     assert any(text.startswith("On hold, not run from ") for text in ui.texts(sheet(ui)))
     ui.advance(0.7)
@@ -82,7 +82,7 @@ def test_under_a_hold_the_sheet_and_the_message_say_that_it_waits(home, ui):
 
 def test_to_a_silent_robot_it_is_sent_when_it_answers(home, ui):
     home.aino.control({"reboot_seconds": 60})
-    ui.wait(lambda: home.root_vm.card.old)
+    ui.wait(lambda: home.root_vm.view.card.old)
     choose(ui, "Home")
     assert "Sent when Aino answers" in ui.texts(sheet(ui))
     ui.advance(0.7)
@@ -127,7 +127,7 @@ def test_two_taps_start_one_mission(home, ui):
 def test_under_the_minimum_the_sheet_says_so_before_it_runs(home, ui):
     home.site.container.catalogue.change_settings(minimum_battery_percent=50)
     home.aino.control({"battery": 20.0})
-    ui.wait(lambda: home.root_vm.card.battery.text == "20 %")
+    ui.wait(lambda: home.root_vm.view.card.battery.text == "20 %")
     ui.tap(ui.find(SendTile, text="Home"))
     ui.wait(lambda: ui.find_all(CommandButton, text="Run anyway on Aino", busy=False))
     assert "Battery 20 %, minimum 50 %." in ui.texts(sheet(ui))
@@ -157,12 +157,12 @@ def test_parameters_known_from_another_robot_are_asked_for_at_a_silent_one(home,
     """It would be queued without its parameters and refused once the robot answers."""
     home.site.add_missions("Go to position")
     open_robot(ui, "Veikko")
-    ui.wait(lambda: home.root_vm.card.name == "Veikko" and ui.find_all(SendTile, text="Go to position"))
+    ui.wait(lambda: home.root_vm.view.card.name == "Veikko" and ui.find_all(SendTile, text="Go to position"))
     ui.tap(ui.find(SendTile, text="Go to position"))
     ui.wait(lambda: ui.find_all(ChoiceField))
     home.aino.control({"reboot_seconds": 60})
     home.root_vm.select_robot(next(robot.id for robot in home.root_vm.facts.robots if robot.name == "Aino"))
-    ui.wait(lambda: home.root_vm.card.old and ui.find_all(SendTile, text="Go to position"))
+    ui.wait(lambda: home.root_vm.view.card.old and ui.find_all(SendTile, text="Go to position"))
     if is_restarted:
         home.shell.mission_names.known = NOTHING_KNOWN
     ui.tap(ui.find(SendTile, text="Go to position"))
@@ -201,7 +201,7 @@ def test_the_blocked_start_is_never_below_the_fold(home, ui):
         api(home.aino, "POST", "/mission_queue", mission_id=GUIDS["Deliver"])
     ui.wait(lambda: len(home.root_vm.facts.snapshot.queue) == 8)
     home.site.container.holds.hold("Audit")
-    ui.wait(lambda: home.root_vm.card.send_note)
+    ui.wait(lambda: home.root_vm.view.card.send_note)
     run(ui, "Home")
     ui.wait(lambda: any(meta.startswith("on hold, not run from ") for _mission, meta in rows(ui)[:2]))
 

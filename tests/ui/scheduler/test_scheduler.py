@@ -377,7 +377,7 @@ def test_an_overlap_is_a_warning_and_can_be_saved(screen, container, ui):
     view = ui.find(FormSheet).view
     (note,) = view.notes  # one low battery in a month does not count
     assert note.text == f"Overlaps {WASTE}, 16:30"
-    assert [start.kind for start in view.starts] == ["alert"]
+    assert [start.icon for start in view.starts] == ["alert"]
     save(screen, ui)
 
 

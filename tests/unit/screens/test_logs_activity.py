@@ -91,7 +91,7 @@ def test_lanes_say_how_much_their_robot_worked_and_what_it_did():
     [lane] = activity.lanes(spans)
     assert lane.note == "25 % in use"  # of the time in which it answered
     assert lane.bars[0][1:5] == (0, 1, "Working", "executing")
-    assert [entry.text for entry in activity.legend(spans)] == ["Working", "Ready", "No answer", "No data"]
+    assert [text for _kind, text in activity.legend(spans)] == ["Working", "Ready", "No answer", "No data"]
 
 
 def test_an_error_has_a_sign_where_there_is_no_room_for_its_word():

@@ -111,7 +111,7 @@ def test_the_next_starts_are_shown_and_those_with_a_warning_marked():
     )
     forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0), (concern,))
     form = shown(draft(kind=Kind.DAILY), Preview(forecast))
-    assert [(row.text, row.kind) for row in form.starts][1:3] == [
+    assert [(row.text, row.icon) for row in form.starts][1:3] == [
         ("Tue 24 Nov · 06:30", ""),
         ("Wed 25 Nov · 06:30", "alert"),
     ]
@@ -142,7 +142,7 @@ def test_the_starts_in_a_hold_are_marked():
     forecast = Forecast(tuple(start(day) for day in range(23, 28)), DurationEstimate(420.0, 420.0))
     held = facts(holds=(Hold("Maintenance", start(24, 12).instant, NOW),))
     form = form_view.present(held, draft(kind=Kind.DAILY), Preview(forecast), NOW)
-    assert [(row.text, row.kind) for row in form.starts] == [
+    assert [(row.text, row.icon) for row in form.starts] == [
         *((f"{day} · 06:30 · not run", "hand-back-right-outline") for day in ("Mon 23 Nov", "Tue 24 Nov")),
         *((f"{day} · 06:30", "") for day in ("Wed 25 Nov", "Thu 26 Nov", "Fri 27 Nov")),
     ]
