@@ -102,7 +102,7 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
         )
     items = (
         Option("move", _("Move"), "arrow-left-right", disabled=run.begins != run.at),
-        Option("robot", _("Other robot"), "robot-outline"),
+        Option("robot", _("Other robot"), "robot-outline", disabled=not of_groups.other_robots(facts, run)),
         Option("skip", _("Skip"), "skip-next"),
         Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, run.schedule, now),

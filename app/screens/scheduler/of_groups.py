@@ -33,7 +33,7 @@ def target_options(facts: SchedulerFacts) -> list[Option]:
     return [*groups, *robots]
 
 
-def other_robots(facts: SchedulerFacts, run: PlannedRun, lacks: Collection[str]) -> list[Option]:
+def other_robots(facts: SchedulerFacts, run: PlannedRun, lacks: Collection[str] = ()) -> list[Option]:
     """To which a planned start may be moved, with those whose names say that they lack its mission."""
     return [
         robot_option(robot, _("does not have the mission") if robot.name in lacks else "")

@@ -201,6 +201,16 @@ def test_the_card_of_a_start_that_was_moved_says_where_it_was(where, said):
     assert bar_card.start_card(facts(), run, NOW).text.splitlines()[2] == said
 
 
+def test_a_start_can_be_given_to_another_robot_where_one_is_in_use():
+    def can(plan):
+        items = {item.key: item for item in bar_card.start_card(plan, planned(22), NOW).items}
+        return not items["robot"].disabled
+
+    aino, veikko = facts().robots
+    assert not can(facts(robots=(aino, veikko)))  # which is off
+    assert can(facts(robots=(aino, replace(veikko, enabled=True))))
+
+
 def test_the_card_of_a_run_that_was_moved_says_when_it_was_planned():
     started = execution(State.EXECUTING, 5, schedule_id=8, moved_from=NOW - timedelta(hours=3))
     assert "Moved from 11:38" in bar_card.run_card(facts(), started, NOW).text.splitlines()
