@@ -71,7 +71,7 @@ def test_the_form_says_which_starts_are_skipped(screen, container, ui):
         "Fri 20 Nov · 16:00 · not run",
         "Fri 20 Nov · 17:00",
     ]
-    assert lines[1].item.kind == "skip-next"
+    assert lines[1].item.icon == "skip-next"
 
 
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):
