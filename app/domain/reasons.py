@@ -213,10 +213,9 @@ def naming_robot(execution: Execution) -> Execution:
 
 
 def at_robot(details: Mapping[str, Any], robot: str) -> Mapping[str, Any]:
-    """The same with its name instead of an address."""
-    if not robot or not address_in(details):
+    """The same with its name instead of an address, unless it says that the address is a fleet's."""
+    if not robot or not address_in(details) or "fleet" in (problem := details["problem"])["msgid"]:
         return details
-    problem = details["problem"]
     return {**details, "problem": {**problem, "params": {**problem["params"], "address": robot}}}
 
 

@@ -57,8 +57,10 @@ class CalmScroll(ScrollView):
             self.scroll_y = 1
 
     def on_touch_down(self, touch):
-        if (not self.do_scroll_y or sideways(touch)) and self.collide_point(*touch.pos):
+        if not self.do_scroll_y and self.collide_point(*touch.pos):
             return self.simulate_touch_down(touch)  # at once: it can't become a drag
+        if sideways(touch) and self.collide_point(*touch.pos) and self.simulate_touch_down(touch):
+            return True  # of what is in it
         if (
             self._touch
             and self._touch.ud.get(self._get_uid(), {}).get("mode") == "scroll"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from kivy.core.window import Window
 from kivy.uix.widget import Widget
 
 from app.widgets.scrolling import CalmScroll, ScrollPage
@@ -36,3 +37,12 @@ def test_a_scrolled_page_that_has_room_after_all_lies_at_its_upper_edge(ui):
     page.height = 600  # the tablet was turned
     ui.advance(0.1)
     assert content.to_window(0, content.top)[1] == page.to_window(0, page.top)[1]
+
+
+def test_a_wheel_with_shift_scrolls_a_page_that_has_nothing_sideways(ui, monkeypatch):
+    page = ScrollPage()
+    page.add_widget(Widget(size_hint_y=None, height=300))
+    ui.show(page, (300, 200))
+    monkeypatch.setattr(Window, "_modifiers", ["shift"])
+    ui.wheel(page, 20)
+    assert page.scroll_y == 0

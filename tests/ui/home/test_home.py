@@ -59,7 +59,7 @@ def test_missions_of_another_robot_are_not_offered_on_the_one_just_chosen(home, 
     read = view.facts
     view.select_robot(veikko.id)
     view.take(read)
-    assert (view.facts.robot, {tile.text for tile in view.tiles}) == (veikko, {""})
+    assert (view.facts.robot, {tile.text for tile in view.view.tiles}) == (veikko, {""})
     ui.wait(lambda: view.facts.missions)
     assert view.facts.robot == veikko
 

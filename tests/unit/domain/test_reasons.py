@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.domain.execution import Execution, Reason, ReasonCode, State, Trigger, Wait
-from app.domain.reasons import codes_with, sentence, waiting_sentence
+from app.domain.message import message
+from app.domain.reasons import at_robot, codes_with, sentence, waiting_sentence
 
 NOON = datetime(2026, 11, 23, 12, 0, tzinfo=UTC)
 HELSINKI = "Europe/Helsinki"
@@ -17,6 +18,15 @@ HELSINKI = "Europe/Helsinki"
 
 def in_words(code: ReasonCode, zone=HELSINKI, **details) -> str:
     return sentence(Reason(code, details), zone)
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [("{address} doesn't answer", "Aino"), ("the fleet at {address} doesn't have this robot any more", "10.1.1.5")],
+)
+def test_a_robot_is_named_in_the_place_of_its_own_address(text, address):
+    details = {"problem": message(text, address="10.1.1.5")}
+    assert at_robot(details, "Aino")["problem"]["params"] == {"address": address}
 
 
 @pytest.mark.parametrize(
