@@ -89,7 +89,6 @@ def test_a_choice_says_what_it_was_and_undone_it_is_asked_for_again(tablet, ui):
         ui.wait(lambda: tablet.settings().timezone == "Europe/Tallinn" and tablet.alarms.open() == [])
 
 
-@pytest.mark.long
 def test_where_a_pin_is_set_it_is_asked_for_before_a_zone_is_taken(tablet, ui):
     tablet.access.set_pin("4711")
     with shown(tablet, ui):
