@@ -104,7 +104,7 @@ def test_nothing_overlaps(ui, small):
 def test_the_state_is_reached_and_the_button_and_its_reason_are_seen_at_once(ui, small):
     loud_home(ui, small, replace(sample.FAILED, errors=LOUD))
     view = ui.find(HomeScreen).vm
-    reach(ui, next(label for label in ui.find_all(Label) if label.text == view.card.state))
+    reach(ui, next(label for label in ui.find_all(Label) if label.text == view.view.card.state))
     assert checks.is_seen(ui.find(CommandButton, text=_("Reset errors")))
 
 
@@ -171,7 +171,7 @@ def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, fac
     ui.advance(0.5)
     for part in (
         ui.find(ProblemNote),
-        ui.find(text=screen.vm.view.card.battery.text),
+        ui.find(text=screen.vm.view.view.card.battery.text),
         ui.find(PlaceMap),
         ui.find(RobotFoot),
     ):
@@ -266,7 +266,7 @@ def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
 
 @pytest.mark.long
 def test_the_text_of_a_robot_is_shown_once(ui):
-    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.view.card.note
+    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.view.view.card.note
     ui.advance(0.5)
     assert [label.text for label in ui.find_all(Label) if note.quote in label.text] == [note.quote]
 
@@ -317,8 +317,8 @@ def test_a_question_and_each_answer_can_be_reached(ui, small):
         reach(ui, answer)
         label = next(widget for widget in answer.walk() if isinstance(widget, Label) and widget.text == answer.text)
         assert label.height <= answer.height
-    assert ui.find(text=view.card.note.problem)  # higher than the page in the smallest windows; above it:
-    reach(ui, ui.find(text=view.card.state))
+    assert ui.find(text=view.view.card.note.problem)  # higher than the page in the smallest windows; above it:
+    reach(ui, ui.find(text=view.view.card.state))
 
 
 def test_every_key_of_the_pin_is_seen_without_scrolling(ui, small):
