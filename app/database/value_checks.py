@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import is_dataclass
 from datetime import UTC, date, datetime
 from enum import Enum
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import Any, get_args, get_origin, get_type_hints
 
@@ -106,25 +107,39 @@ def decoded(kind: Any, value: Any, **known: Any) -> Any:
     """From JSON as ``to_json`` writes it: a value of this annotation, such as a dataclass. ``known``: attributes that are
     not read. Those that are missing, as in rows of earlier versions, have their defaults. Raises ValueError, TypeError or
     LookupError."""
-    of = get_args(kind)
+    return _reader(kind)(value, **known)
+
+
+@cache
+def _reader(kind: Any) -> Callable[..., Any]:
+    """Of values of this annotation. Made once: to look into an annotation takes longer than to read a value."""
+    of, origin = get_args(kind), get_origin(kind)
     if isinstance(kind, UnionType):
-        is_other = (value is None and NoneType in of) or (kind == Message and is_message(value))
-        return value if is_other else decoded(of[0], value)
+        first = _reader(of[0])
+        return lambda value: (
+            value if (value is None and NoneType in of) or (kind == Message and is_message(value)) else first(value)
+        )
     if isinstance(kind, type) and is_dataclass(kind):
-        kinds = get_type_hints(kind)
-        found = {name: decoded(kinds[name], each) for name, each in _plain(dict, value).items() if name not in known}
-        return kind(**found, **known)
-    origin = get_origin(kind)
+        fields = {name: _reader(each) for name, each in get_type_hints(kind).items()}
+        return lambda value, **known: kind(
+            **{name: fields[name](each) for name, each in _plain(dict, value).items() if name not in known}, **known
+        )
     if origin is Mapping:
-        return {decoded(of[0], name): decoded(of[1], each) for name, each in _plain(dict, value).items()}
+        key, entry = map(_reader, of)
+        return lambda value: {key(name): entry(each) for name, each in _plain(dict, value).items()}
+    if origin is tuple and of[-1] is not Ellipsis:
+        each_of = [_reader(each) for each in of]
+        return lambda value: tuple(read(each) for read, each in zip(each_of, _plain(list, value), strict=True))
     if origin in (tuple, frozenset):
-        each_of = of if origin is tuple and of[-1] is not Ellipsis else of[:1] * len(value)
-        return origin(decoded(*each) for each in zip(each_of, _plain(list, value), strict=True))
+        read = _reader(of[0])
+        return lambda value: origin(map(read, _plain(list, value)))
     if kind is datetime:
-        return _instant(value)
-    if kind is Any or issubclass(kind, Enum):
-        return value if kind is Any else kind(value)
-    return _plain(kind, float(value) if kind is float and type(value) is int else value)
+        return _instant
+    if kind is Any:
+        return lambda value: value
+    if kind is float:
+        return lambda value: _plain(float, float(value) if type(value) is int else value)
+    return kind if issubclass(kind, Enum) else partial(_plain, kind)
 
 
 def _plain(kind: Any, value: Any) -> Any:

@@ -4,18 +4,23 @@ a robot's silence. Others are refused before sending, and nothing is sent."""
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from threading import Event
+from unittest.mock import Mock
 
 import pytest
 
+from app.database import missions
 from app.database.missions import MissionParameterRepository
 from app.domain.execution import ReasonCode, State
 from app.domain.models import InvalidInput, Mission
 from app.domain.reasons import sentence
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
+from app.services.catalogue import parameter_check
 from tests.support.edits import import_file
 from tests.support.seen import requests
+from tests.support.site import GUIDS
 
 GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
 START = "2026-11-23T06:05"
@@ -97,6 +102,34 @@ def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position asks for Position"):
         site.container.catalogue.change_idle_rule(robot.id, mission_id=mission.id)
+
+
+@pytest.mark.parametrize("values", [{}, {"Position": "Nowhere"}])
+def test_what_one_robot_says_refuses_nothing_of_another_that_has_said_nothing(hall, values):
+    go = hall.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
+    group, alone = (hall.plan(name, mission_id=go.id, parameters=values) for name in ("Group", "Alone"))
+    first, *others = (robot.id for robot in hall.container.catalogue.robots())
+    hall.container.catalogue.save_schedule(replace(alone, robot_id=others[-1], group_id=None))
+    found = (MissionParameter("Position", sets="position", choices=(("g-1", "Line 1"),)),)
+    hall.container.parameters.keep({(first, GO_TO_POSITION): found})
+    assert hall.container.catalogue.refused() == {}
+    hall.container.parameters.keep({(robot_id, GO_TO_POSITION): found for robot_id in others})
+    assert set(hall.container.catalogue.refused()) == {group.id, alone.id}
+
+
+def test_equal_schedules_are_judged_once_and_answers_are_read_once(hall, monkeypatch):
+    catalogue = hall.container.catalogue
+    for number in range(20):
+        hall.plan(f"S{number}", parameters={"Speed": 1})
+    hall.container.parameters.keep({(robot.id, GUIDS["Deliver"]): () for robot in catalogue.robots()})
+    hall.switch_off()
+    hall.switch_on()
+    judged, read = Mock(wraps=parameter_check.values_for), Mock(wraps=missions.decoded)
+    monkeypatch.setattr(parameter_check, "values_for", judged)
+    monkeypatch.setattr(missions, "decoded", read)
+    for reading in (1, 2):
+        assert len(hall.container.catalogue.refused()) == 20
+        assert (judged.call_count, read.call_count) == (3 * reading, 3)
 
 
 # ---------------------------------------------------------------------- robots that do not answer

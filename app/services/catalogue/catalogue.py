@@ -119,12 +119,14 @@ class Catalogue:
         return self._schedules.get(self._db.read(), schedule_id)
 
     def refused(self) -> dict[int, InvalidInput]:
-        """By schedule that has starts, also single ones that were moved: why no robot would take them with their values, as far as is
-        known."""
+        """By schedule that has starts, also single ones that were moved: why each robot that may get them would refuse their values, by
+        what it has said itself."""
+        if (parameters := self.parameters) is None:
+            return {}
         c = self._db.read()
         runners = parameter_check.Runners(c)
         ahead = (schedule for schedule in self._schedules.all(c) if schedule.enabled and schedule.next_at is not None)
-        found = {schedule.id: runners.check(schedule, self.known_parameters).problem for schedule in ahead}
+        found = {each.id: runners.refused(each, lambda robot, guid: parameters.known(robot.id, guid)) for each in ahead}
         return {number: problem for number, problem in found.items() if problem is not None}
 
     def day_exceptions(self) -> list[DayException]:

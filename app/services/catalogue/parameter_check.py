@@ -36,10 +36,20 @@ class Runners:
         self._names = {mission.id: mission.name for mission in missions}
         self._guids = {(mission.name, mission.robot_id): mission.guid for mission in missions}
         self._found: dict[tuple[int, int | None, int | None], list[tuple[Robot, str]]] = {}
+        self._refused: dict[tuple[object, ...], InvalidInput | None] = {}
 
     def check(self, schedule: Schedule, known: Known) -> Checked:
         """Of a group one robot that takes it is enough: each has positions of its own."""
         return check(self._names.get(schedule.mission_id, ""), schedule.parameters, self._of(schedule), known)
+
+    def refused(self, schedule: Schedule, said: Known) -> InvalidInput | None:
+        """Why each of them would refuse it. None where one would not, or has not ``said`` itself what the mission needs."""
+        key = schedule.mission_id, schedule.robot_id, schedule.group_id, repr(sorted(schedule.parameters.items()))
+        if key not in self._refused:  # many schedules start the same
+            problem = self.check(schedule, said).problem
+            is_sure = problem is not None and all(said(*each) is not None for each in self._of(schedule))
+            self._refused[key] = problem if is_sure else None
+        return self._refused[key]
 
     def _of(self, schedule: Schedule) -> list[tuple[Robot, str]]:
         """Those that are switched on, each with the mission's guid there."""
