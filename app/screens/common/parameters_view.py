@@ -117,6 +117,9 @@ def _shown(parameter: MissionParameter) -> Any:
 
 
 def _entered(parameter: MissionParameter, value: Any) -> Any:
+    """What is not in the robot's newest list is no longer chosen."""
+    if kind_of(parameter) == "choice":
+        return _shown(replace(parameter, default=value))
     return _whole(value) if _limits(parameter) is not None and not isinstance(value, str) else value
 
 

@@ -56,7 +56,8 @@ class FormParameters(EventDispatcher):
         """As the robot wants them; None if one can't be: its field says why."""
         self.problems = {}
         try:
-            return values_of(self._parameters, {f.name: f.default for f in self.fields} | dict(self._draft().entered))
+            fields = fields_of(self._parameters, self._draft().entered)
+            return values_of(self._parameters, {field.name: field.default for field in fields})
         except Problems as problems:
             self.problems = dict(problems.by_name)
             return None

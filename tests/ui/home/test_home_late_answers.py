@@ -101,6 +101,20 @@ def test_what_was_entered_stays_when_the_robot_answers_otherwise(home, ui):
     home.shell.sheets.close(sheet)
 
 
+def test_a_position_that_the_robot_does_not_list_is_no_longer_chosen(home, ui):
+    choose(ui, "Home")
+    sheet, dock = ui.find(SendSheet), MissionParameter("goal", "Goal", choices=(("g-1", "Dock"),), sets="position")
+    sheet.take((dock,))
+    ui.advance(0.2)
+    ui.find(ParameterFields, sheet).children[0].chosen = "g-1"
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino", disabled=False))
+    sheet.take((replace(dock, choices=(("g-2", "Press"),)),))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino", disabled=True))
+    assert ui.find(ParameterFields, sheet).values() == {"goal": None}
+    sheet.draft = False
+    home.shell.sheets.close(sheet)
+
+
 def test_a_start_that_already_runs_is_stopped_only_after_the_question(home, ui):
     catalogue = home.site.container.catalogue
     pend(home)

@@ -8,6 +8,7 @@ from datetime import time, timedelta
 
 import pytest
 
+from app.domain.robot import MissionParameter
 from app.widgets.flow import ParameterFields
 from app.widgets.snackbar import Snackbar
 from tests.ui.planner import (
@@ -147,6 +148,22 @@ def test_text_that_was_typed_and_removed_is_no_entry(screen, container, ui, monk
     typed(screen, ui, "5")
     other(screen, container, ui)
     assert said(screen) == []
+
+
+@pytest.mark.long
+def test_a_position_that_another_robot_does_not_list_is_no_longer_chosen(screen, container, ui, monkeypatch):
+    dock = MissionParameter("goal", "Goal", choices=(("g-1", "Dock"),), sets="position")
+    press, aino = replace(dock, choices=(("g-2", "Press"),)), stock(container).robot_id
+    monkeypatch.setattr(
+        container.robot_missions, "parameters", lambda robot, _guid: (dock if robot == aino else press,)
+    )
+    choose(screen, ui, "Mission", "Bring pallet to dock")
+    settle(screen, ui)
+    ui.find(ParameterFields).children[0].chosen = "g-1"
+    assert screen.plan.form.parameters.values() == {"goal": "g-1"}
+    choose(screen, ui, "Robot", "Veikko")
+    assert ui.find(ParameterFields).values() == {"goal": None}
+    assert screen.plan.form.parameters.values() is None
 
 
 def test_parameters_of_another_mission_are_not_filled_in(screen, container, ui, monkeypatch):

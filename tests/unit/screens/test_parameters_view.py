@@ -74,6 +74,14 @@ def test_a_value_that_a_schedule_has_by_name_is_shown_as_chosen():
     ] == ["g-2", "g-1", None]
 
 
+@pytest.mark.parametrize(
+    ("parameter", "entered", "shown"),
+    [(GOAL, "g-2", "g-2"), (GOAL, "Press", "g-2"), (GOAL, "g-9", None), (PLACE, "K3", None), (LOUD, True, True)],
+)
+def test_what_is_not_in_the_newest_list_is_no_longer_chosen(parameter, entered, shown):
+    assert fields_of([parameter], {parameter.name: entered})[0].default == shown
+
+
 def test_a_default_on_another_map_has_to_be_chosen_by_a_person():
     goal = replace(GOAL, default="g-3", on_other_maps=(("g-3", "Yard"),))
     assert fields_of([goal])[0].default is None
