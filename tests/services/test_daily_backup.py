@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import DEFAULT, Mock
 
 import pytest
 
 from app.container import Container
+from app.database.errors import DatabaseUnavailable
 from app.services.files.daily_backup import AGAIN_AFTER, DailyBackup
 from tests.support.clock import VirtualClock
 
@@ -52,7 +54,7 @@ def test_one_each_day_and_the_oldest_are_dropped(container, backup):
     assert made(container) == [f"daily-2026-11-{day}.db" for day in range(25, 31)] + ["daily-2026-12-01.db"]
 
 
-def test_one_that_fails_is_alarmed_and_tried_again_later(container, backup):
+def test_one_that_fails_is_alarmed_and_tried_again_later(container, backup, monkeypatch):
     backups_of(container).write_text("in the way")
     tick(backup)
     tick(backup)
@@ -62,6 +64,8 @@ def test_one_that_fails_is_alarmed_and_tried_again_later(container, backup):
     tick(backup)
     assert made(container) == []  # not at every look
     container.clock.advance(AGAIN_AFTER)
+    fails_once = Mock(wraps=container.alarms.clear, side_effect=[DatabaseUnavailable("disk full"), DEFAULT])
+    monkeypatch.setattr(container.alarms, "clear", fails_once)
     tick(backup)
     tick(backup)
     assert made(container) == ["daily-2026-11-23.db"]

@@ -38,13 +38,15 @@ class DailyBackup:
     def run(self) -> None:
         """Make today's backup unless it exists. There is an alarm as long as it can't be made."""
         now = self._clock.now()
-        try:
-            if made := daily_backup(self._db.path, now):
-                log.info("Backup %s made", made.name)
-            self._alarms.clear("backup_failed", "backup")
-            self._made_on = now.date()
-        except DatabaseError as error:
-            log.warning("%s", error)
-            self._not_before = self._clock.monotonic() + AGAIN_AFTER
-            with suppress(DatabaseError):
+        with suppress(DatabaseError):  # the alarm can't be written now
+            try:
+                made = daily_backup(self._db.path, now)
+            except DatabaseError as error:
+                log.warning("%s", error)
+                self._not_before = self._clock.monotonic() + AGAIN_AFTER
                 self._alarms.raise_("backup_failed", "backup", problem=error.message)
+            else:
+                if made:
+                    log.info("Backup %s made", made.name)
+                self._alarms.clear("backup_failed", "backup")  # if it fails, the next look does it
+                self._made_on = now.date()
