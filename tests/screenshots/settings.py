@@ -27,7 +27,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.screen import SettingsScreen, SettingsViewModel
 from app.screens.settings.trust import TrustSheet
 from app.screens.settings.trust_view import another_robot, certificate
-from app.screens.settings.view import changes_phrase, done, import_items
+from app.screens.settings.view import done
 from app.services.catalogue.configuration.importing import DeletesRuns
 from app.services.files import places
 from app.services.robots import finder
@@ -323,7 +323,7 @@ def import_changes(context: PageContext):
         ),
         message("mission {name} added", name="Deliver kits"),
     ]
-    return ImportSheet(title=changes_phrase(lines), items=import_items(lines, DeletesRuns(1000, 240)))
+    return ImportSheet(found=(lines, DeletesRuns(1000, 240)))
 
 
 @dialog("robot-sheet-new")

@@ -38,8 +38,12 @@ class ImportSheet(SettingsSheet):
     """What a file changes."""
 
     scrolls = BooleanProperty(False)
+    found = ObjectProperty()  # its changes, and which runs they delete
     items = ListProperty()
     problem = StringProperty()
+
+    def on_found(self, _sheet: ImportSheet, found: tuple[Sequence[Message], DeletesRuns | None]) -> None:
+        self.title, self.items = changes_phrase(found[0]), import_items(*found)
 
 
 class DataPage(SettingsPage):
@@ -121,22 +125,24 @@ class DataPage(SettingsPage):
 
     def _previewed(self, sheet: FileSheet, found: tuple[Sequence[Message], DeletesRuns | None]) -> bool:
         """Whether there is nothing to import."""
-        lines, deletes = found
-        if not lines:
+        if not found[0]:
             self.vm.outcome = done(_("The file contains nothing new"))
             return True
-        changes = ImportSheet(title=changes_phrase(lines), items=import_items(lines, deletes))
-        changes.bind(on_done=lambda changes: self._import(changes, sheet, may_delete=deletes is not None))
+        changes = ImportSheet(found=found)
+        changes.bind(on_done=lambda changes: self._import(changes, sheet))
         self.context.shell.sheets.over(changes)
         return False
 
-    def _import(self, changes: ImportSheet, sheet: FileSheet, *, may_delete: bool) -> None:
-        """Back up first: that is the way back."""
-        path, sheets = sheet.path, self.context.shell.sheets
+    def _import(self, changes: ImportSheet, sheet: FileSheet) -> None:
+        """Back up first: that is the way back. Runs that have come beyond the limit since the preview are shown first."""
+        path, sheets, (lines, shown) = sheet.path, self.context.shell.sheets, changes.found
 
         def work() -> tuple[Sequence[Message], FoundFile]:
+            _lines, deletes = self._files.preview_import(path)
+            if deletes and not shown:
+                raise deletes
             backup = self._files.back_up_now("before-import")
-            return self._files.import_configuration(path, may_delete=may_delete), backup
+            return self._files.import_configuration(path, may_delete=shown is not None), backup
 
         def imported(found: tuple[Sequence[Message], FoundFile]) -> None:
             self.vm.outcome = import_result(*found)
@@ -146,6 +152,9 @@ class DataPage(SettingsPage):
 
         def failed(problem: BaseException) -> None:
             changes.busy, changes.problem = False, sentence_of(problem)
+            if isinstance(problem, DeletesRuns):
+                changes.found = lines, problem
+                changes.problem = changes.items[0].title
             if sheets.top is not changes:
                 self.context.shell.say_problem(problem)
 

@@ -89,15 +89,32 @@ def test_an_end_of_keeping_all_asks_too(site, app, ui):
     assert switch.active
 
 
-def test_a_configuration_that_deletes_runs_says_so_before_it_is_imported(site, app, ui):
-    add_runs(site.container, 3)
+def previewed(site, ui) -> ImportSheet:
+    """What a configuration changes that keeps one run."""
     file = site.documents / "plant.json"
     file.write_text('{"format": "amr-scheduler/1", "settings": {"history_limit": 1}}', encoding="utf-8")
     go(ui, "data")
-    sheet = file_sheet(ui, "Configuration", "Import")
-    press(ui, "Show changes", sheet)
+    press(ui, "Show changes", file_sheet(ui, "Configuration", "Import"))
+    ui.wait(lambda: ui.find_all(ImportSheet))
+    return ui.find(ImportSheet)
+
+
+def test_a_configuration_that_deletes_runs_says_so_before_it_is_imported(site, app, ui):
+    add_runs(site.container, 3)
+    changes = previewed(site, ui)
     ui.wait(lambda: says(ui, "Deletes the oldest 2 runs for ever"))
     assert settings(site).history_limit == 100_000
-    press(ui, "Import", ui.find(ImportSheet))
+    press(ui, "Import", changes)
     ui.wait(lambda: page(app).vm.outcome.text == "1 change imported")
     assert settings(site).history_limit == 1
+
+
+def test_runs_that_end_after_the_preview_are_shown_before_they_are_deleted(site, app, ui):
+    changes = previewed(site, ui)
+    add_runs(site.container, 3)
+    press(ui, "Import", changes)
+    ui.wait(lambda: changes.problem == "Deletes the oldest 2 runs for ever" and not changes.busy)
+    assert (settings(site).history_limit, site.container.files.backups()) == (100_000, [])
+    press(ui, "Import", changes)
+    ui.wait(lambda: page(app).vm.outcome.text == "1 change imported")
+    assert (settings(site).history_limit, len(site.container.files.backups())) == (1, 1)
