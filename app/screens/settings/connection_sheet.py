@@ -41,7 +41,6 @@ class ConnectionSheet(EditSheet):
     is_open = BooleanProperty(True)  # what is rarely changed is shown
     test_state = OptionProperty("untested", options=["untested", "testing", *OVER])
     fields = ("name", *ENDPOINT, "password")
-    consequences = ("token", "needs_password", "enabled", "identity", "profile")
     is_direct = True  # otherwise all of its connection is another one's
     kind_part = known_part = ""  # what it has before the address, and at its end once it is stored
     taken = ""  # what is said if another one has the name

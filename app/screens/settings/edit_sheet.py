@@ -41,7 +41,6 @@ class EditSheet(SettingsSheet):
     kind = ""  # what it is called in the facts
     fields: Collection[str] = ()  # that are refused here
     at_once: Collection[str] = ()
-    consequences: Collection[str] = ()  # what may change with what is entered
 
     def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
         self.context, self._first = context, it
@@ -170,7 +169,8 @@ class EditSheet(SettingsSheet):
             self.store(self.entered(), **self.how())
 
     def store(self, entered: Any, *, is_kept: bool = False, **how: Any) -> None:
-        """Save it; what ``is_kept`` is saved at once, otherwise the sheet closes. A change can be undone."""
+        """Save it; what ``is_kept`` is saved at once, otherwise the sheet closes. A change can be undone, but
+        not one of a connection (``how``): no Undo brings a former password back."""
         context, before, kind, catalogue = self.context, self.stored, self.kind, self.context.services.catalogue
         self.saving, self.outcome = not is_kept, NoticeView()
         if is_kept:
@@ -182,8 +182,7 @@ class EditSheet(SettingsSheet):
                 self.saving, self.stored = False, saved
                 context.shell.sheets.close(self)
             text = (_("{name} added") if before is None else _("{name} saved")).format(name=saved.name)
-            changed = before and _differing(before, saved) & {*_differing(before, entered), *self.consequences}
-            if changed:
+            if changed := not how and before and _differing(before, entered) & _differing(before, saved):
                 was = replace(saved, **{name: getattr(before, name) for name in changed})
                 undo = partial(catalogue.change_back, was, saved)
                 context.shell.offer_undo(text, undo, context.refresh, behind="settings", about=self)

@@ -18,17 +18,10 @@ from app.services.catalogue.validation import check_name_is_free
 from app.services.live.changes import Topic
 
 
-def save(
-    edit: Edit,
-    fleet: Fleet,
-    password: str | None = None,
-    *,
-    is_one_of_many: bool = False,
-    keeps_token: bool = False,
-) -> Fleet:
+def save(edit: Edit, fleet: Fleet, password: str | None = None, *, is_one_of_many: bool = False) -> Fleet:
     """Add (id 0) or change, with all of its robots. Credentials are as those of robots: without a ``password`` (of Fleet
     Enterprise, an API key) a new fleet, or one with another user, address or certificate, is switched off and needs
-    one. ``is_one_of_many``: the caller checks later that no other has its address; ``keeps_token`` as for a robot."""
+    one. ``is_one_of_many``: the caller checks later that no other has its address."""
     stored = edit.the(Fleet, fleet.id) if fleet.id else None
     fleet = fields.checked(fleet, fields.FLEET)
     check_name_is_free(edit.fleets.by_name(edit.c, fleet.name), fleet.id, "there is a fleet {name} already")
@@ -45,8 +38,8 @@ def save(
             fleet = replace(fleet, profile=None)
     if not is_one_of_many:
         edit.check_is_no_other(fleet, stored)
-    fleet = with_token(fleet, password, fleet if keeps_token else stored)
-    if not keeps_token and fleet.profile and stored and fleet.token != stored.token:  # orders show another key
+    fleet = with_token(fleet, password, stored)
+    if fleet.profile and stored and fleet.token != stored.token:  # orders show another key
         fleet = replace(fleet, profile=replace(fleet.profile, own_key=None))
     return _put(edit, fleet, stored)
 

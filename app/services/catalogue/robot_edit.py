@@ -19,19 +19,13 @@ from app.services.live.changes import Topic
 
 
 def save(
-    edit: Edit,
-    robot: Robot,
-    password: str | None = None,
-    *,
-    is_tested: bool = False,
-    is_one_of_many: bool = False,
-    keeps_token: bool = False,
+    edit: Edit, robot: Robot, password: str | None = None, *, is_tested: bool = False, is_one_of_many: bool = False
 ) -> Robot:
     """Add (id 0) or change. A password becomes the token at once; without one, a new robot or one with another
     user, address, certificate or serial number is switched off and needs a password. A robot that only needed its
     password is switched on by it. A serial number of None keeps the known one; other facts about the machine stay
     unless ``is_tested``: the caller has just read them from it. ``is_one_of_many``: others change too, and the
-    caller compares them afterwards. ``keeps_token``: that of ``robot``, which is as it was before a change."""
+    caller compares them afterwards."""
     stored = edit.the(Robot, robot.id) if robot.id else None
     if robot.fleet is not None:
         robot = robot.within(edit.the(Fleet, robot.fleet.id))
@@ -45,7 +39,7 @@ def save(
     if not is_one_of_many:
         edit.check_is_no_other(robot, stored)
     if robot.fleet is None:
-        robot = with_token(robot, password, robot if keeps_token else stored)
+        robot = with_token(robot, password, stored)
     if robot.idle is not None:
         robot = replace(robot, idle=_checked_idle(edit, robot, robot.idle))
     return _put(edit, robot, stored)

@@ -81,8 +81,8 @@ TARGET = ("robot_id", "group_id", "finish_by_minutes")
 TASK = ("mission_id", "parameters")
 _TOGETHER: Mapping[type, Sequence[Sequence[str]]] = MappingProxyType(
     {
-        Fleet: (("address", "username", "certificate_sha256", "identity", "token"),),
-        Robot: (("address", "username", "certificate_sha256", "serial_number", "token"),),
+        Fleet: (("address", "username", "certificate_sha256", "identity"),),
+        Robot: (("address", "username", "certificate_sha256", "serial_number"),),
         Schedule: (("start", "timezone", "recurrence", "between"), TARGET, TASK),
     }
 )
@@ -109,8 +109,6 @@ def change(edit: Edit, before: T | None, after: T, *, must_be_unchanged: bool = 
     values = {name: getattr(after, name) for name in differing}
     if isinstance(stored, Schedule) and "name" not in differing and edit.has_generated_name(stored):
         values["name"] = ""  # it follows the change
-    if must_be_unchanged and isinstance(stored, Robot | Fleet):
-        how = {"keeps_token": True}  # which belongs to this endpoint
     saved: T = save(edit, replace(stored, **values), **how)
     return saved
 

@@ -12,21 +12,7 @@ from app.screens.settings.robot_sheet import RobotSheet
 from app.screens.settings.trust import TrustSheet, marked
 from app.widgets.buttons import CommandButton, Toggle
 from tests.hostile.capture import capture
-from tests.ui.integrator import (
-    add,
-    enter,
-    entry,
-    fill_in,
-    go,
-    item_of,
-    open_row,
-    page,
-    press,
-    robots,
-    says,
-    titles,
-    undo,
-)
+from tests.ui.integrator import add, enter, entry, fill_in, go, item_of, open_row, page, press, robots, says, titles
 from tests.ui.whole_app import PASSWORD, USER
 
 
@@ -90,18 +76,6 @@ def test_a_second_press_tests_again_as_it_is(ui, refused):
     ui.wait(lambda: not refused.second_busy)
     assert says(ui, "doesn't accept the user name and password")
     assert ([*refused.problems], refused.outcome.text) == (["password"], "")  # one refusal is said once
-
-
-def test_what_was_saved_anyway_is_undone(site, ui, aino):
-    before = robots(site)[0]
-    enter(ui, entry(aino, "password"), "wrong")
-    press(ui, "Save", aino)
-    ui.wait(lambda: aino.foot == "Save anyway" and not aino.second_busy)
-    ui.advance(1)
-    press(ui, "Save anyway", aino)
-    ui.wait(lambda: robots(site)[0].token != before.token and says(ui, "Aino saved"))
-    undo(ui)
-    ui.wait(lambda: robots(site)[0].token == before.token)
 
 
 def test_a_name_in_use_is_reported_first_and_cannot_be_saved_anyway(site, app, ui, refused):

@@ -57,12 +57,6 @@ def test_a_fleet_at_another_address_is_off_with_its_robots_until_it_has_a_passwo
     assert the(world, robot).enabled
 
 
-def test_a_changed_connection_of_a_fleet_is_undone_with_its_token(world, fleet, robot):
-    saved = world.catalogue.change(fleet, replace(fleet, address="10.0.0.60"), password="wrong")
-    assert world.catalogue.change_back(fleet, saved) == fleet
-    assert the(world, robot).token == fleet.token
-
-
 def test_a_robot_that_was_off_before_its_fleet_stays_off_with_it(world, fleet, robot):
     other = world.catalogue.save_robot(Robot("Cara", "", fleet=fleet, vehicle="8"))
     switch_robot(world.catalogue, other.id, False)
