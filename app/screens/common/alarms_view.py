@@ -10,7 +10,7 @@ from typing import Any
 
 from app.domain.message import is_message, render
 from app.domain.models import Alarm, Priority, Robot, Settings
-from app.domain.reasons import stored_sentence
+from app.domain.reasons import at_robot, stored_sentence
 from app.i18n import _, ngettext
 from app.mir import errors
 from app.screens.common import formats
@@ -219,6 +219,8 @@ def reason_of(alarm: Alarm, settings: Settings) -> str:
     reason = alarm.details.get("reason")
     if not isinstance(reason, Mapping):
         return ""
+    if isinstance(details := reason.get("details"), Mapping):
+        reason = {**reason, "details": at_robot(details, str(alarm.details.get("robot") or ""))}
     sentence = stored_sentence(reason, settings.timezone, _)
     return problem_of(sentence).words or sentence
 

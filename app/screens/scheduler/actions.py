@@ -103,7 +103,8 @@ class ScheduleActions:
     def move_one(self, schedule: Schedule, at: datetime, to: datetime, robot: Robot | None = None) -> None:
         """Only the start planned at that instant, to another time or ``robot``."""
         moving, local = self._services.moving, to.astimezone(ZoneInfo(schedule.timezone)).replace(tzinfo=None)
-        where = robot.name if robot is not None else self._time(schedule, to)
+        time = self._time(schedule, to)
+        where = f"{robot.name} · {time}" if robot is not None else time
         text = _("{name} is moved to {where}").format(name=self._name(schedule), where=where)
         self._act(
             schedule.id,

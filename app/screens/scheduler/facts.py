@@ -129,6 +129,7 @@ class SchedulerFacts(Plant):
     icons: Mapping[int, tuple[str, str]] = field(default_factory=dict)  # by robot: icon of its state, and its tone
     skips: frozenset[tuple[int, datetime]] = frozenset()  # future skipped starts: schedule and instant
     moved: frozenset[tuple[int, datetime]] = frozenset()  # the same of starts that were moved, where they were
+    skipped_moves: tuple[Schedule, ...] = ()  # starts that were moved and then skipped
 
     def hold(self, robot_id: int | None, group_id: int | None, at: datetime) -> Hold | None:
         """The hold that stops a start on that robot at that instant; without a robot, on all of the group."""
@@ -142,7 +143,7 @@ class SchedulerFacts(Plant):
         return with_id(self.missions, mission_id)
 
     def schedule(self, schedule_id: int | None) -> Schedule | None:
-        return with_id(self.schedules, schedule_id)
+        return with_id((*self.schedules, *self.skipped_moves), schedule_id)
 
     def is_skipped(self, execution: Execution, now: datetime) -> bool:
         """Whether it is a future start that a person has skipped."""
@@ -155,9 +156,10 @@ class SchedulerFacts(Plant):
             self.is_skipped(execution, now) and schedule is not None and schedule.enabled and not schedule.is_paused(at)
         )
 
-    def ends_a_move(self, schedule: Schedule) -> bool:
-        """Whether it would have another start in the place of one that was moved."""
-        return any(number == schedule.id and not _is_start(at, schedule, self.calendar) for number, at in self.moved)
+    def drops_single_changes(self, schedule: Schedule) -> bool:
+        """Whether it would have other starts in the place of those that were moved or skipped."""
+        changed = self.moved | self.skips
+        return any(number == schedule.id and not _is_start(at, schedule, self.calendar) for number, at in changed)
 
     def name(self, schedule: Schedule | None) -> str:
         """The name entered by a person; empty if it is made of mission and robot, or group."""
@@ -196,9 +198,10 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         (now, now + timedelta(days=DAYS)) if window is None else window.span(now, ZoneInfo(settings.timezone), calendar)
     )
     stored = {schedule.id: schedule for schedule in catalogue.schedules()}
-    skips = frozenset(
-        (number, at) for number, at in services.plan.skips() if _is_start(at, stored.get(number), calendar)
-    )
+    skipped = services.plan.skips()
+    skipped_moves = {number: catalogue.schedule(number) for number, _at in skipped if number not in stored}
+    having = stored | skipped_moves
+    skips = frozenset((number, at) for number, at in skipped if _is_start(at, having.get(number), calendar))
     schedules = tuple(_without(skips, schedule, calendar) for schedule in stored.values())
     rows = history.page(ExecutionFilter(start=start - LONGEST_RUN, end=end), size=MOST_PAST).rows
     soon = now + timedelta(seconds=1)
@@ -225,6 +228,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         skips=skips,
         moved=frozenset(catalogue.moved_away()),
+        skipped_moves=tuple(filter(None, skipped_moves.values())),
         **live(services, settings, robots),
     )
 

@@ -262,7 +262,9 @@ class OnTimeline(ViewModel):
 
     def edit(self, schedule_id: int) -> None:
         schedule = self._facts.schedule(schedule_id)
-        if schedule is not None and self.form.editing != schedule_id:
+        if schedule is not None and schedule.moved_of is not None:
+            schedule = self._facts.schedule(schedule.moved_of)
+        if schedule is not None and self.form.editing != schedule.id:
             self.begin(Draft.of(schedule, self._facts.name(schedule)))
 
     @property
@@ -316,8 +318,8 @@ class OnTimeline(ViewModel):
         note = _("was {time}").format(time=was)
         if moved is not None:
             rule = view.zoned(view.short_rule(moved), zone, self._facts)
-            if self._facts.ends_a_move(moved):
-                rule = _("{rule}, also those moved before").format(rule=rule)
+            if self._facts.drops_single_changes(moved):
+                rule = _("{rule}, also those moved or skipped before").format(rule=rule)
             note += f" · {_('All starts')}: {rule}"
         self.moving = Moving(
             key,

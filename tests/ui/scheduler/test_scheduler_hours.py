@@ -154,7 +154,7 @@ def test_a_start_moved_before_is_said_to_go_where_all_starts_go(screen, containe
     at, minute = datetime(2026, 11, 20, 13, 0, tzinfo=UTC), timedelta(minutes=1)
     container.moving.move(often.id, at + 30 * minute, datetime(2026, 11, 20, 15, 40))
     settle(screen, ui)
-    for minutes, words in ((10, "08:10–16:10, also those moved before"), (30, "08:30–16:30")):
+    for minutes, words in ((10, "08:10–16:10, also those moved or skipped before"), (30, "08:30–16:30")):
         hour = (at + minutes * minute - screen.plan.timeline.origin) / timedelta(hours=1)
         screen.plan.move_start(("schedule", often.id, at), hour)
         assert screen.plan.moving.note == f"was 15:00 · All starts: Every 30 min {words}"
@@ -168,7 +168,7 @@ def test_a_start_goes_to_another_robot_by_its_card_and_back(screen, container, u
     ui.tap(ui.find(OptionRow, title="Sisu"))
     settle(screen, ui)
     [run] = [run for run in container.plan.next(40) if run.schedule.moved_of == schedule.id]
-    assert (run.robot.name, ui.find(Snackbar).text) == ("Sisu", "Night stock count on Aino is moved to Sisu")
+    assert (run.robot.name, ui.find(Snackbar).text) == ("Sisu", "Night stock count on Aino is moved to Sisu · 19:00")
     ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
     settle(screen, ui)
     assert not [run for run in container.plan.next(40) if run.schedule.moved_of]

@@ -74,6 +74,23 @@ def test_the_form_says_which_starts_are_skipped(screen, container, ui):
     assert lines[1].item.icon == "skip-next"
 
 
+def test_a_moved_start_that_is_skipped_stays_in_the_plan_and_can_start_after_all(screen, container, ui):
+    schedule = named(container, KITS, "Aino")
+    veikko = next(robot for robot in container.catalogue.robots() if robot.name == "Veikko")
+    at = schedule.next_at
+    local = at.astimezone(ZoneInfo(month.ZONE)).replace(tzinfo=None)
+    moved = container.moving.move(schedule.id, at, local, robot_id=veikko.id)
+    container.pausing.skip(moved.after.id, at)
+    settle(screen, ui)
+    bar = next(bar for lane in ui.find(Lanes).lanes for bar in lane.bars if (bar.state, bar.label) == ("skipped", KITS))
+    tap_bar(ui, bar.key)
+    card_of(ui)
+    take(screen, ui, "Start it after all")
+    settle(screen, ui)
+    again = [run for run in container.plan.next(20) if run.schedule.id == moved.after.id]
+    assert [(run.robot.name, run.at) for run in again] == [("Veikko", at)]
+
+
 def test_a_skipped_start_that_its_rule_has_no_more_leaves_the_timeline(screen, container, ui):
     def skipped() -> list[str]:
         settle(screen, ui)

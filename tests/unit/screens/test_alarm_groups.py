@@ -235,7 +235,7 @@ def test_missions_that_one_robot_failed_are_one_line_with_their_number_and_reaso
     [group] = open_lines(alarms, NOW)
     assert item(group).whole == "Aino · 8 missions failed"
     assert item(group).support == (
-        "Its start window closed at 14:15: 10.1.1.7 doesn't answer. Is it switched on and on this network? · "
+        "Its start window closed at 14:15: Aino doesn't answer. Is it switched on and on this network? · "
         "last 14:37 · M1, M2, M3 …"
     )
     assert group_text(tuple(failed(3, code="execution_skipped")), SETTINGS, NOW) == "Aino: 3 missions were not run"
