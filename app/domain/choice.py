@@ -80,10 +80,14 @@ def earlier_robots(tried: Mapping[str, Any], robot: str, translate: Translate = 
     for each in tried.values():
         if not (isinstance(each, Mapping) and each.get("tries") and each.get("robot") and each["robot"] != robot):
             continue
-        text = render(at_robot(each, str(each["robot"])).get("problem") or "", translate)
+        named = at_robot(each, str(each["robot"]))
+        text = render(named.get("problem") or "", translate)
         template = translate("{robot}: {problem}") if text else translate("{robot} refused it or did not answer")
         if "code" in each:  # for good
             template, text = translate("{robot} refused it: {problem}"), text or stored_sentence(each, "UTC", translate)
+        elif named is not each:  # the problem says whose it is
+            parts.append(text)
+            continue
         parts.append(template.format(robot=each["robot"], problem=text))
     if parts and robot:
         parts.append(translate("assigned to {robot}").format(robot=robot))
