@@ -101,9 +101,7 @@ def test_use_is_one_figure_wherever_it_is_shown(screen, ui):
 # ---------------------------------------------------------------------- to the runs
 def test_a_cause_leads_to_its_runs(screen, ui):
     choose(screen, ui, "7 days", "30 days")
-    assert (
-        sum(cause.number for cause in screen.logs.figures._figures.causes) == screen.logs.figures._figures.facts.failed
-    )
+    assert sum(cause.number for cause in screen.logs.figures._facts.causes) == screen.logs.figures._facts.facts.failed
     row = ui.find_all(CauseRow)[0]
     number, label = int(row.item.number), row.item.label
     tap(screen, ui, row)
