@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import datetime, timedelta
 from enum import Enum, auto
@@ -49,6 +49,7 @@ class Attempt:
     wake_at: float
     row: Execution | None = None  # READY: the intent
     plan_version: int = 0  # READY: of the plan that the intent was written from
+    is_unanswered: bool = False  # BACKOFF: its robot did not answer; ends once it does
     in_doubt_since: float = math.inf
     sent_since: Moment | None = None  # IN_DOUBT: the earliest that it may have been sent
     asked_at: Moment | None = None  # IN_DOUBT: when the robot last did not show it
@@ -74,6 +75,18 @@ class Attempts(dict[int, Attempt]):
 
     def next_ready_at(self) -> float:
         return min((attempt.wake_at for attempt in self.of(Phase.READY)), default=math.inf)
+
+    def wait_for_answer(self, ids: Iterable[int]) -> None:
+        """Until the robot answers these, or each is due again."""
+        for attempt in filter(None, map(self.get, ids)):
+            attempt.is_unanswered = True
+
+    def wake_unanswered(self) -> bool:
+        """The robot answers. Returns whether anything waited for that."""
+        found = [attempt for attempt in self.of(Phase.BACKOFF) if attempt.is_unanswered]
+        for attempt in found:
+            attempt.wake_at, attempt.is_unanswered = -math.inf, False
+        return bool(found)
 
     def may_be_with_the_robot(self) -> bool:
         return any(attempt.phase in (Phase.IN_DOUBT, Phase.ACCEPTED) for attempt in self.values())

@@ -108,6 +108,9 @@ class Sending:
             elif self._may_try(row):
                 if trouble := trouble or self._seen.trouble():
                     unreachable.append(row)
+                elif self.attempts.wake_unanswered():
+                    self.run(only)  # all that waited for its answer, in their order
+                    return
                 elif self._is_ready(row, starts):
                     starts.append(row)
                     if len(starts) == STARTED_TOGETHER:
@@ -115,6 +118,7 @@ class Sending:
         self._start(starts)
         if trouble:
             self.outcomes.read_failed(unreachable, trouble)
+            self.attempts.wait_for_answer(row.id for row in unreachable)
         self.outcomes.note()
 
     def close(self, untaken: Sequence[Execution] = ()) -> None:

@@ -6,6 +6,7 @@ from datetime import timedelta
 
 from app.domain.models import Mission, Overlap
 from app.domain.reasons import sentence, waiting_sentence
+from app.domain.rules import in_dispatch_order
 from app.services.dispatch import messages
 from mir_sim import SimulatedRobot, world
 from mir_sim.mission_queue import MissionQueue
@@ -85,6 +86,16 @@ test_constraints = cases_of(
         [plan("a"), plan("b", priority=5), 305],
         [true(lambda s: [item.priority for item in s.items()] == [s.priority(5), 0])],
         [true(lambda s: [item.id for item in s.items()] == [s.row("b").queue_id, s.row("a").queue_id]), 300],
+    ),
+    Story(
+        "what waits for a silent robot goes in the order in which it was wanted, whatever was tried last",
+        [down(), run_now(), 7, plan("b", at="06:00:10"), 20, run_now(), 11, up(), 90],
+        true(
+            lambda s: (
+                [item.description for item in s.items()] == [row.token for row in in_dispatch_order(s.executions())]
+            )
+        ),
+        300,
     ),
     Story(
         "parameters travel by input name",
