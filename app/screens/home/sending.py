@@ -190,7 +190,7 @@ class Sending:
         if sheet.view.off or sheet.busy:
             return
         try:
-            values = values_of(sheet.parameters, entered)
+            values = values_of(sheet.parameters, entered, of_group=sheet.group_id is not None)
         except Problems as problems:
             sheet.problems = dict(problems.by_name)
             return
