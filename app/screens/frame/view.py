@@ -60,8 +60,6 @@ def banner(
     urgent = [group for group in new if group[0].priority is Priority.HIGH and _is_of_tablet(group[0])]
     holds = [hold for hold in issues.holds if not hold.clock and not hold.is_over(now)]
     hold = min(holds, key=lambda hold: hold.reason == CHECK_UP, default=None)  # which ends by itself
-    if hold is not None and screen == "scheduler":  # it has no other way to release it
-        return _hold(hold, robots, settings, now)
     if urgent:
         return _alarm(urgent[0], robots, settings, now)
     in_need = [group for group in new if _is_of_robot(group[0])] if screen not in ("home", "alarms") else []

@@ -102,18 +102,14 @@ def test_the_hold_of_a_check_up_ends_by_itself():
     assert (view.text, view.action, view.tone) == (f"{VEIKKO.name} is being checked up", "Show", "neutral")
 
 
-def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest():
-    hold = Hold("", None)
-    assert show(alarm("emergency_stop"), holds=[hold]).act is Act.GO
-    assert show(alarm("unreachable"), holds=[hold]).act is Act.RELEASE
-
-
-@pytest.mark.parametrize("worse", [alarm("emergency_stop"), alarm("two_tablets", "two_tablets")])
-def test_the_scheduler_always_has_a_way_to_release_a_hold(worse):
-    """Its button Hold is not there then."""
+@pytest.mark.parametrize("screen", ["logs", "scheduler"])
+def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest(screen):
     holds = [Hold("Check-up", None, robot_id=2), Hold("", None)]
-    view = show(worse, holds=holds, screen="scheduler")
-    assert (view.text, view.act, view.about) == ("All robots on hold", Act.RELEASE, None)
+    for worse in (alarm("emergency_stop"), alarm("two_tablets", "two_tablets")):
+        assert show(worse, holds=holds, screen=screen).tone == "fault"
+    assert show(alarm("unreachable"), holds=holds, screen=screen).act is Act.RELEASE
+    seen = alarm("emergency_stop", acknowledged_at=NOW)
+    assert show(seen, holds=holds, screen=screen).text == "All robots on hold"
 
 
 def test_an_implausible_clock_asks_for_a_decision():
