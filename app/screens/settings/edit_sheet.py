@@ -45,6 +45,7 @@ class EditSheet(SettingsSheet):
     def __init__(self, context: PageContext, it: Any, **kwargs: Any) -> None:
         self.context, self._first = context, it
         self._unwritten = 0  # changes that are saved at once
+        self._was: dict[str, Any] = {}  # what Undo brings back: the values before the first change of each
         self._waits: Callable[[], object] | None = None  # what was pressed in that time
         stored = it if it.id else None
         foot = "" if self.at_once and stored is not None else _("Save")
@@ -169,8 +170,8 @@ class EditSheet(SettingsSheet):
             self.store(self.entered(), **self.how())
 
     def store(self, entered: Any, *, is_kept: bool = False, **how: Any) -> None:
-        """Save it; what ``is_kept`` is saved at once, otherwise the sheet closes. A change can be undone, but
-        not one of a connection (``how``): no Undo brings a former password back."""
+        """Save it; what ``is_kept`` is saved at once, otherwise the sheet closes. Undo restores all that was
+        changed in the sheet, but no connection (``how``): it brings no former password back."""
         context, before, kind, catalogue = self.context, self.stored, self.kind, self.context.services.catalogue
         self.saving, self.outcome = not is_kept, NoticeView()
         if is_kept:
@@ -183,8 +184,8 @@ class EditSheet(SettingsSheet):
                 context.shell.sheets.close(self)
             text = (_("{name} added") if before is None else _("{name} saved")).format(name=saved.name)
             if changed := not how and before and _differing(before, entered) & _differing(before, saved):
-                was = replace(saved, **{name: getattr(before, name) for name in changed})
-                undo = partial(catalogue.change_back, was, saved)
+                self._was = {name: getattr(before, name) for name in changed} | self._was
+                undo = partial(catalogue.change_back, replace(saved, **self._was), saved)
                 context.shell.offer_undo(text, undo, context.refresh, behind="settings", about=self)
             elif not is_kept:
                 context.say(text)
