@@ -100,9 +100,11 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
                 Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _
             )
         )
+    others = of_groups.other_robots(facts, run)
+    robot = _("Other robot") if others else _("No other robot is switched on")
     items = (
         Option("move", _("Move"), "arrow-left-right", disabled=run.begins != run.at),
-        Option("robot", _("Other robot"), "robot-outline", disabled=not of_groups.other_robots(facts, run)),
+        Option("robot", robot, "robot-outline", disabled=not others),
         Option("skip", _("Skip"), "skip-next"),
         Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, run.schedule, now),

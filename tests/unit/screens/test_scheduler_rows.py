@@ -202,13 +202,13 @@ def test_the_card_of_a_start_that_was_moved_says_where_it_was(where, said):
 
 
 def test_a_start_can_be_given_to_another_robot_where_one_is_in_use():
-    def can(plan):
+    def offered(plan):
         items = {item.key: item for item in bar_card.start_card(plan, planned(22), NOW).items}
-        return not items["robot"].disabled
+        return items["robot"].text, items["robot"].disabled
 
     aino, veikko = facts().robots
-    assert not can(facts(robots=(aino, veikko)))  # which is off
-    assert can(facts(robots=(aino, replace(veikko, enabled=True))))
+    assert offered(facts(robots=(aino, veikko))) == ("No other robot is switched on", True)
+    assert offered(facts(robots=(aino, replace(veikko, enabled=True)))) == ("Other robot", False)
 
 
 def test_the_card_of_a_run_that_was_moved_says_when_it_was_planned():
