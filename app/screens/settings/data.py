@@ -14,6 +14,7 @@ from app.domain.message import Message
 from app.i18n import _
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of
+from app.screens.common.shell import PROBLEM_SECONDS
 from app.screens.settings.edit_sheet import SettingsSheet
 from app.screens.settings.files import FileSheet
 from app.screens.settings.page import PageContext, SettingsPage
@@ -156,7 +157,8 @@ class DataPage(SettingsPage):
                 changes.found = lines, problem
                 changes.problem = changes.items[0].title
             if sheets.top is not changes:
-                self.context.shell.say_problem(problem)
+                said = _("Not imported: {problem}").format(problem=changes.problem)
+                self.context.shell.snackbars.show(said, icon="alert-circle-outline", seconds=PROBLEM_SECONDS)
 
         changes.busy, changes.problem = True, ""
         self.context.run(work, imported, failed, apart="import")

@@ -214,7 +214,7 @@ class MissionsPage(SettingsPage):
 
     def _not_fetched(self, robot: Robot, problem: BaseException) -> None:
         self.vm.fetching = False
-        self.vm.outcome = went_wrong(problem)
+        self.vm.outcome = went_wrong(problem, robot.name)
         if self.context.is_late:
             self.context.shell.say_not_done(problem, robot, _("Fetch missions"))
 

@@ -15,7 +15,7 @@ from app.domain.models import WEEKDAYS, Connection, HandOver, Robot
 from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
 from app.mir.credentials import Token
-from app.mir.errors import CertificateProblem
+from app.mir.errors import CertificateProblem, RobotError
 from app.screens.common import formats
 from app.screens.common.problems import sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
@@ -293,7 +293,10 @@ def nothing_sent() -> NoticeView:
     return NoticeView(_("Nothing was sent to it."), tone="attention", icon="robot-confused-outline")
 
 
-def went_wrong(problem: BaseException) -> NoticeView:
+def went_wrong(problem: BaseException, robot: str = "") -> NoticeView:
+    """``robot``: the name of the one that was asked, for its address."""
+    if robot and isinstance(problem, RobotError):
+        problem = problem.at(robot)
     return NoticeView(sentence_of(problem), tone="fault", icon="alert-circle")
 
 

@@ -109,6 +109,14 @@ def test_a_configuration_that_deletes_runs_says_so_before_it_is_imported(site, a
     assert settings(site).history_limit == 1
 
 
+def test_an_import_refused_after_its_sheet_was_left_says_what_the_sheet_would(site, app, ui):
+    changes = previewed(site, ui)
+    add_runs(site.container, 3)
+    press(ui, "Import", changes)
+    app.shell.sheets.give_up()
+    ui.wait(lambda: app.shell.snackbars.texts == ["Not imported: Deletes the oldest 2 runs for ever"])
+
+
 def test_runs_that_end_after_the_preview_are_shown_before_they_are_deleted(site, app, ui):
     changes = previewed(site, ui)
     add_runs(site.container, 3)

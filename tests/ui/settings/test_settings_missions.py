@@ -123,6 +123,7 @@ def test_a_robot_that_is_deleted_while_its_missions_are_asked_for(site, app, ui)
     ask(ui, "Aino")
     ui.wait(lambda: ui.find_all(Notice, tone="fault"))
     assert not page(app).vm.fetching
+    assert "Aino" in page(app).vm.outcome.text
 
 
 def test_all_missions_of_a_list_are_ticked_at_once(site, app, ui):

@@ -233,6 +233,11 @@ def test_a_failed_test_says_exactly_what_is_wrong(problem, sentence):
     assert notice.tone == "fault"
 
 
+def test_a_robot_that_was_asked_is_named_and_not_its_address():
+    said = view.went_wrong(Unreachable(code="no_route", address="10.1.1.1:8080"), "Aino").text
+    assert said.startswith("There is no route to Aino. ")
+
+
 # ---------------------------------------------------------------------- missions
 def lines(state, most=6, **choice):
     return missions_view.mission_lines(state, missions_view.Choice(**choice), most)
