@@ -10,7 +10,6 @@ import pytest
 from mir_sim import Fate
 from mir_sim.checks import WrongValue
 from mir_sim.control import apply
-from mir_sim.faults import FaultKind
 from tests.unit.sim.asking import GUIDS, Asker
 from tests.unit.sim.fleets.classic import FleetAsker
 
@@ -164,18 +163,3 @@ def test_several_commands_at_once(aino: Asker) -> None:
     aino.control(battery=12.5, emergency_stop=True, fault={"kind": "delay"})
     state = aino.robot.snapshot()
     assert (state["battery"], state["state_id"], state["faults"][0]["seconds"]) == (12.5, 10, 5.0)
-
-
-def test_all_documented_kinds_of_faults_exist() -> None:
-    assert {str(kind) for kind in FaultKind} == {
-        "drop_request",
-        "drop_response",
-        "delay",
-        "late",
-        "hang",
-        "status_503",
-        "html",
-        "truncate",
-        "garbage",
-        "twice",
-    }

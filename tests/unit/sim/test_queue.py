@@ -8,6 +8,7 @@ from itertools import pairwise
 import pytest
 
 from tests.unit.sim.asking import GUIDS, HEADERS, Asker, credentials
+from tests.unit.sim.fleets.classic import FleetAsker
 
 FULL_ITEM = {
     "actions",
@@ -204,10 +205,11 @@ def test_cancelling_an_ended_item_changes_nothing(aino: Asker) -> None:
     assert aino.state_of(running) == "Executing"
 
 
+@pytest.mark.parametrize(("asker", "path"), [(Asker, "/mission_queue"), (FleetAsker, "/mission_scheduler")])
 @pytest.mark.parametrize("key", ["99", "0", "-1", "x", "9" * 30])
-def test_an_unknown_item_is_not_found(aino: Asker, key: str) -> None:
+def test_an_unknown_item_is_not_found(asker: type[Asker], path: str, key: str) -> None:
     for method, body in (("GET", None), ("PUT", {"priority": 1}), ("DELETE", None)):
-        assert aino.send(method, f"/mission_queue/{key}", body).status == 404
+        assert asker().send(method, f"{path}/{key}", body).status == 404
 
 
 def test_changing_a_waiting_item(aino: Asker) -> None:

@@ -12,11 +12,6 @@ from tests.unit.sim.fleets.classic import FleetAsker
 PATH = "/mission_scheduler"
 
 
-@pytest.fixture
-def fleet() -> FleetAsker:
-    return FleetAsker()
-
-
 def test_the_state_of_the_model_is_shown(fleet: FleetAsker) -> None:
     number = fleet.order(description="A 1")
     state = fleet.fleet.snapshot()

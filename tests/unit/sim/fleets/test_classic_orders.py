@@ -14,11 +14,6 @@ from tests.unit.sim.fleets.classic import FleetAsker
 NOT_YET = "1970-01-01T00:00:00"
 
 
-@pytest.fixture
-def fleet() -> FleetAsker:
-    return FleetAsker()
-
-
 def test_an_order_for_any_robot_has_none_until_it_is_given_to_one(fleet: FleetAsker) -> None:
     number = fleet.order(description="A 1")
     waiting = fleet.item(number)
@@ -70,15 +65,6 @@ def test_a_whitelist_chooses_fields_and_all_gives_them_all(fleet: FleetAsker) ->
     assert fleet.send("GET", "/mission_scheduler?whitelist=colour").status == 400
 
 
-def test_a_search_filters(fleet: FleetAsker) -> None:
-    done = fleet.order("Home")
-    fleet.pass_until_done(done)
-    waiting = fleet.order()
-    found = fleet.search("state", "=", "Done")
-    assert (found.status, [one["id"] for one in found.json()]) == (200, [done])
-    assert [one["id"] for one in fleet.search("id", ">", done).json()] == [waiting]
-
-
 def test_ids_are_shared_by_all_clients(fleet: FleetAsker) -> None:
     first = fleet.order()
     other = {**HEADERS, "Authorization": credentials("admin", "admin")}
@@ -114,11 +100,6 @@ def test_what_can_not_be_ordered(fleet: FleetAsker, fields: dict[str, Any], says
     answer = fleet.send("POST", "/mission_scheduler", {"mission_id": GUIDS["Home"], **fields})
     assert (answer.status, answer.json()["error_human"]) == (400, says)
     assert fleet.get("/mission_scheduler") == []
-
-
-def test_0_means_any_robot(fleet: FleetAsker) -> None:
-    assert fleet.item(fleet.order(robot_id=0))["robot_id"] == 0
-    assert fleet.item(fleet.order(robot_id=2))["robot_id"] == 2
 
 
 @pytest.mark.parametrize("earliest", ["2026-11-23T07:01:00.00", "2026-11-23T06:01:00Z"])
@@ -164,12 +145,6 @@ def test_deleting_the_collection_ends_what_waits_of_all_clients_and_nothing_else
     fleet.pass_time(5)
     assert fleet.send("DELETE", "/mission_scheduler").status == 204
     assert [fleet.state_of(number) for number in (running, waiting)] == ["Executing", "Aborted"]
-
-
-@pytest.mark.parametrize("key", ["99", "0", "-1", "x", "9" * 30])
-def test_an_unknown_order_is_not_found(fleet: FleetAsker, key: str) -> None:
-    for method, body in (("GET", None), ("PUT", {"priority": 1}), ("DELETE", None)):
-        assert fleet.send(method, f"/mission_scheduler/{key}", body).status == 404
 
 
 def test_a_failed_order_is_aborted_without_a_message(fleet: FleetAsker) -> None:

@@ -17,11 +17,6 @@ from tests.unit.sim.fleets.classic import FleetAsker
 RECORDED_STATUS = json.loads((Path(__file__).parent / "recorded_status.json").read_text(encoding="utf-8"))
 
 
-@pytest.fixture
-def fleet() -> FleetAsker:
-    return FleetAsker()
-
-
 def shape(value: Any) -> Any:
     """The names and kinds of the fields; numbers are of one kind."""
     if isinstance(value, dict):
@@ -41,11 +36,6 @@ def test_the_list_has_a_name_and_the_state_besides_what_the_robot_alone_has(flee
     assert chosen == [
         {"id": number, "ip": f"192.0.2.{number}", "fleet_state": 11, "fleet_state_text": "ready"} for number in (1, 2)
     ]
-
-
-@pytest.mark.parametrize("key", ["3", "0", "x"])
-def test_an_unknown_robot_is_not_found(fleet: FleetAsker, key: str) -> None:
-    assert fleet.send("GET", f"/robots/{key}").status == 404
 
 
 def test_running_an_order_is_something_else_than_running_an_own_mission(fleet: FleetAsker) -> None:
@@ -171,12 +161,6 @@ def test_a_removed_robot_gets_nothing_until_it_is_added_again(fleet: FleetAsker)
     assert fleet.send("POST", "/robots", body).status == 409
     assert fleet.send("POST", "/robots", {**body, "ip": "192.0.2.9"}).status == 400
     fleet.pass_until_done(fleet.order("Home", robot_id=1))
-
-
-def test_the_order_of_the_list_changes_when_the_fleet_starts_again(fleet: FleetAsker) -> None:
-    fleet.control(reboot_seconds=5)
-    fleet.pass_time(6)
-    assert [one["id"] for one in fleet.get("/robots?whitelist=id")] == [2, 1]
 
 
 def test_a_question_of_a_robot_is_answered_at_the_fleet(fleet: FleetAsker) -> None:

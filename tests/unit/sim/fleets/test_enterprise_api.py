@@ -11,11 +11,6 @@ from tests.unit.sim.asking import GUIDS
 from tests.unit.sim.fleets.enterprise_asking import KEY, EnterpriseAsker, uuid_of
 
 
-@pytest.fixture
-def client() -> EnterpriseAsker:
-    return EnterpriseAsker()
-
-
 @pytest.mark.parametrize("headers", [{}, {"x-api-key": "mir_wrong"}, {"Authorization": "Basic bWlyOm1pcg=="}])
 def test_without_its_key_a_client_learns_only_whether_the_fleet_is_well(
     client: EnterpriseAsker, headers: dict[str, str]

@@ -14,11 +14,6 @@ from tests.unit.sim.fleets.enterprise_asking import EnterpriseAsker, uuid_of
 ORDER = f"/serial-order/{uuid_of('one')}"
 
 
-@pytest.fixture
-def client() -> EnterpriseAsker:
-    return EnterpriseAsker()
-
-
 def fault(client: EnterpriseAsker, kind: str, seconds: float = 5) -> None:
     what = {"kind": kind, "method": "POST", "path": "/serial-order", "seconds": seconds}
     apply(client.fleet, {"fault": what})

@@ -8,11 +8,6 @@ from tests.unit.sim.asking import GUIDS
 from tests.unit.sim.fleets.enterprise_asking import EnterpriseAsker, uuid_of
 
 
-@pytest.fixture
-def client() -> EnterpriseAsker:
-    return EnterpriseAsker()
-
-
 def test_an_order_goes_through_its_states(client: EnterpriseAsker) -> None:
     assert (client.post(robot_id=client.veikko.guid).status, client.status()) == (201, "Pending")
     seen = []
