@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 from app.mir.address import Address
@@ -69,14 +70,17 @@ def item(number: int = 723, state: str = "Executing", **values: Any) -> dict[str
     }
 
 
-class FixedAnswer:
-    """A transport that always gives the same answer."""
+@dataclass
+class Scripted:
+    """A transport that gives the answers in turn, the last one for ever."""
 
-    def __init__(self, answer: Response) -> None:
-        self._answer = answer
+    answers: list[Response]
+    methods: list[str] = field(default_factory=list)
 
-    def send(self, *_args: object, **_options: object) -> Response:
-        return self._answer
+    def send(self, method: str, path: str, **_options: object) -> Response:
+        self.methods.append(method)
+        path.encode("ascii")
+        return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
 
     def read_connection(self) -> None:
         """No connection."""
@@ -87,7 +91,7 @@ class FixedAnswer:
 
 def answered(status: int, body: bytes, headers: dict[str, str] | None = None, token: Token = Token()) -> RobotClient:  # noqa: B008
     """A client whose every request is answered with this."""
-    return RobotClient(Address.parse("10.0.0.1"), token, transport=FixedAnswer(Response(status, body, headers or {})))
+    return RobotClient(Address.parse("10.0.0.1"), token, transport=Scripted([Response(status, body, headers or {})]))
 
 
 def short(number: int, state: str = "Done") -> dict[str, Any]:

@@ -73,32 +73,6 @@ def test_nothing_else_is_done_while_others_may_wait_for_the_answer(asking: Askin
     assert asking.pauses == 1
 
 
-def test_who_comes_while_it_is_asked_gets_the_same(asking: Asking) -> None:
-    begun, go_on = threading.Event(), threading.Event()
-    found: list[int] = []
-
-    def slowly() -> int:
-        begun.set()
-        assert go_on.wait(10)
-        return 7
-
-    def first() -> None:
-        found.append(asking.connection.shared(asking, "robots", slowly))
-
-    def second() -> None:
-        found.append(asking.get())
-
-    threads = [threading.Thread(target=each) for each in (first, second)]
-    threads[0].start()
-    assert begun.wait(10)
-    threads[1].start()
-    go_on.set()
-    for thread in threads:
-        thread.join(10)
-    assert found == [7, 7]
-    assert asking.asked == 0
-
-
 def test_a_slow_answer_serves_all_that_waited_for_it(asking: Asking) -> None:
     begun, go_on = threading.Event(), threading.Event()
     found: list[int] = []

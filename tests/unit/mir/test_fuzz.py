@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json as json_module
 import unicodedata
-from dataclasses import dataclass, field
 from typing import Any
 
 from hypothesis import given
@@ -18,7 +17,7 @@ from app.mir.credentials import Token
 from app.mir.errors import Delivery, RobotError
 from app.mir.transport import Response
 from tests.support.examples import examples
-from tests.unit.mir.answers import STATUS, item
+from tests.unit.mir.answers import STATUS, Scripted, item
 
 TOKEN = Token.derive("distributor", "distributor")
 
@@ -57,25 +56,6 @@ STATUSES = (
 )
 HEADERS = st.dictionaries(st.sampled_from(["Date", "Robot-Version", "Location", "x"]), st.text(max_size=40), max_size=4)
 ANSWERS = st.builds(Response, STATUSES, BODIES, HEADERS)
-
-
-@dataclass
-class Scripted:
-    """Gives the answers in turn, the last one for ever."""
-
-    answers: list[Response]
-    methods: list[str] = field(default_factory=list)
-
-    def send(self, method: str, path: str, **_options: object) -> Response:
-        self.methods.append(method)
-        path.encode("ascii")
-        return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
-
-    def read_connection(self) -> None:
-        """No connection."""
-
-    def close(self) -> None:
-        pass
 
 
 def robot_that_says(answers: list[Response]) -> tuple[RobotClient, Scripted]:
