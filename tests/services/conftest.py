@@ -9,9 +9,25 @@ from typing import Any
 import pytest
 
 import mir_sim
-from app.domain.models import Schedule
+from app.container import Container
+from app.database.connection import Database
+from app.domain.models import Mission, Schedule
+from tests.support.clock import VirtualClock
 from tests.support.groups import Hall
-from tests.support.site import Site
+from tests.support.site import GUIDS, Site
+
+
+@pytest.fixture
+def clock() -> VirtualClock:
+    return VirtualClock()
+
+
+@pytest.fixture
+def container(tmp_path, clock) -> Iterator[Container]:
+    """The app on that clock, without robots and without threads of its own but the database's."""
+    container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
+    yield container
+    container.close()
 
 
 @pytest.fixture
@@ -38,6 +54,12 @@ def plan(site):
         return saved
 
     return make
+
+
+@pytest.fixture
+def go_to_position(site) -> Mission:
+    """A mission that asks for a position."""
+    return site.container.catalogue.save_mission(Mission("Go to position", GUIDS["Go to position"]))
 
 
 @pytest.fixture

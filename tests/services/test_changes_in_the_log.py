@@ -8,8 +8,6 @@ from datetime import UTC, date, datetime
 
 import pytest
 
-from app.container import Container
-from app.database.connection import Database
 from app.domain.models import Between, DayException, InvalidInput, Mission, Robot, Schedule
 from app.process.log_file import one_line
 from app.services.catalogue import robot_edit, settings_edit
@@ -22,17 +20,20 @@ HOSTILE = "A\n2026-11-23 06:00:00 ERROR \x1b[31m"
 
 
 @pytest.fixture
-def app(tmp_path, caplog):
-    clock = VirtualClock(NOW)
-    app = Container(Database.open(tmp_path / "a.db", clock=clock, durable=False, threaded=False), clock)
+def clock():
+    return VirtualClock(NOW)
+
+
+@pytest.fixture
+def app(container, caplog):
+    app = container
     app.catalogue.change_settings(timezone="UTC")
     app.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
     app.catalogue.save_mission(Mission("Deliver", "guid-1"))
     app.catalogue.save_schedule(Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY"))
     caplog.set_level(logging.INFO)
     caplog.clear()
-    yield app
-    app.close()
+    return app
 
 
 @pytest.fixture

@@ -7,8 +7,6 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from app.container import Container
-from app.database.connection import Database
 from app.domain import conflicts
 from app.domain.models import ANY_VEHICLE, Fleet, FleetKind, Group, Mission, Overlap, Place, Robot, Schedule
 from app.services.catalogue.preview import ConcernCode, Forecasts
@@ -24,17 +22,19 @@ MONDAY = datetime(2026, 11, 23)
 
 
 @pytest.fixture
-def container(tmp_path):
-    clock = VirtualClock(NOW)
-    container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
+def clock():
+    return VirtualClock(NOW)
+
+
+@pytest.fixture
+def container(container):
     container.catalogue.change_settings(timezone=ZONE)
     for number, name in enumerate(("Aino", "Sisu", "Veikko", "Onni"), 1):
         container.catalogue.save_robot(Robot(name, f"10.0.0.{number}", "scheduler"), "secret")
     for name, minutes in (("Kits", 11), ("Empties", 12), ("Shift bus", 5)):
         container.catalogue.save_mission(Mission(name, f"guid-{name.lower()}".replace(" ", "-"), usual_minutes=minutes))
     container.catalogue.save_group(Group("Hall 1", (1, 2, 3)))
-    yield container
-    container.close()
+    return container
 
 
 def draft(at="07:30", **values):

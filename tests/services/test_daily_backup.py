@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import DEFAULT, Mock
 
 import pytest
 
-from app.container import Container
 from app.database.errors import DatabaseUnavailable
 from app.services.files.daily_backup import AGAIN_AFTER, DailyBackup
-from tests.support.clock import VirtualClock
 
 DAY = 24 * 3600.0
-
-
-@pytest.fixture
-def container(tmp_path) -> Iterator[Container]:
-    """With the thread that writes in the app, as backups are made on one of their own."""
-    container = Container.open(tmp_path, VirtualClock())
-    yield container
-    container.close()
 
 
 @pytest.fixture

@@ -44,6 +44,7 @@ def test_an_instant_that_a_clock_set_back_has_put_off_is_not_announced(site, ask
 
 
 def test_at_the_instant_only_the_post_remains(site, asked):
+    """And the poll of 06:05:00, which comes together with the schedule."""
     site.run(5.0 - INTENT_LEAD / 2)
     asked.clear()
     site.run(INTENT_LEAD)
@@ -70,12 +71,6 @@ def test_a_read_ahead_that_fails_is_no_attempt(site, asked):
     assert asked[:3] == ["GET /status", "GET /status", "POST /mission_queue"]
     [run] = site.executions()
     assert (run.state, run.attempts) == (State.QUEUED, 1)
-
-
-def test_what_is_due_does_not_wait_for_a_poll(site, asked):
-    """The poll of 06:05:00 comes together with the schedule."""
-    site.run(5.1)
-    assert asked[:2] == ["GET /status", "POST /mission_queue"]
 
 
 def test_a_robot_is_read_ahead_when_its_turn_comes(site, asked):

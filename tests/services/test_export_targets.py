@@ -138,11 +138,3 @@ def test_a_pipe_is_written_into_and_stays_a_pipe(tmp_path):
     assert pipe.is_fifo()
     assert os.read(reader, 100) == b"new"
     os.close(reader)
-
-
-def test_a_link_still_points_at_its_file(file, tmp_path):
-    link = tmp_path / "link.csv"
-    link.symlink_to(file)
-    write(link, "new")
-    assert link.is_symlink()
-    assert file.read_text(encoding="utf-8") == "new"

@@ -1,20 +1,15 @@
-"""The preview of a schedule that is not saved yet: starts, conflicts, clock changes, refusals; skipping the next start; the export."""
+"""The preview of a schedule that is not saved yet: starts, conflicts, clock changes, refusals; skipping the next start."""
 
 from __future__ import annotations
 
-import csv
 from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
 
 import pytest
 
-from app.container import Container
-from app.database.connection import Database
-from app.database.execution_history import ExecutionFilter
 from app.domain.execution import ReasonCode, State
 from app.domain.models import Between, DayException, InvalidInput, Mission, Robot, Schedule
 from app.services.catalogue.preview import ConcernCode
-from app.services.files.exports import DataFiles
 from app.services.planning.planned import ASSUMED_S
 from tests.support.clock import VirtualClock
 from tests.support.edits import skip_next, switch_robot
@@ -26,16 +21,18 @@ NOW = datetime(2026, 11, 20, 12, 38, tzinfo=UTC)  # Friday, 14:38 in Helsinki
 
 
 @pytest.fixture
-def container(tmp_path):
-    clock = VirtualClock(NOW)
-    container = Container(Database.open(tmp_path / "amr-scheduler.db", clock=clock, durable=False), clock)
+def clock():
+    return VirtualClock(NOW)
+
+
+@pytest.fixture
+def container(container):
     container.catalogue.change_settings(timezone=ZONE)
     container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "scheduler"), "secret")
     container.catalogue.save_robot(Robot("Veikko", "10.0.0.2", "scheduler"), "secret")
     for name in ("Kits", "Empties"):
         container.catalogue.save_mission(Mission(name, f"guid-{name.lower()}"))
-    yield container
-    container.close()
+    return container
 
 
 def draft(**values):
@@ -75,12 +72,6 @@ def test_the_next_five_starts_skip_days_without_work(container):
     assert [start.nominal.date() for start in found.starts] == [date(2026, 11, day) for day in (20, 23, 24, 25, 26)]
     assert found.usual_s is None
     assert codes(found) == []
-
-
-def test_the_usual_duration_is_that_of_the_mission_on_the_robot(container):
-    usually(container, "guid-kits", 400.0)
-    usually(container, "guid-kits", 900.0, robot_id=2)
-    assert preview(container).usual_s == 400.0
 
 
 def test_a_paused_schedule_has_no_start_in_its_pause(container):
@@ -328,13 +319,6 @@ def test_skipping_writes_the_row_at_once_and_continues_with_the_start_after_it(c
     assert after.changed_at == schedule.changed_at
 
 
-def test_the_last_start_can_be_skipped_and_nothing_after_it(container):
-    schedule = plan(container)
-    skip_next(container, schedule.id)
-    with pytest.raises(InvalidInput):
-        skip_next(container, schedule.id)
-
-
 def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
     schedule = plan(container, recurrence="FREQ=DAILY")
     monday = skip_next(container, schedule.id)
@@ -348,20 +332,6 @@ def test_the_preview_names_the_skipped_starts_that_would_run_again(container):
     assert container.forecasts.of(replace(schedule, paused_until=thursday - timedelta(hours=1))).skipped == (thursday,)
     assert container.forecasts.of(replace(schedule, enabled=False)).skipped == ()
     assert preview(container, recurrence="FREQ=DAILY").skipped == ()  # another schedule
-
-
-# ---------------------------------------------------------------------- the export of what is filtered
-def test_the_export_has_what_the_filter_lets_through_and_says_where_it_went(container, tmp_path):
-    usually(container, "guid-kits", 400.0)
-    usually(container, "guid-empties", 900.0, robot_id=2)
-    export = DataFiles(container.db, container.catalogue, container.clock, tmp_path / "Documents")
-    (tmp_path / "Documents").mkdir()
-    path, count = export.export_runs(ExecutionFilter(robot_ids=(2,)))
-    assert (path.parent, path.suffix, count) == (tmp_path / "Documents", ".csv", 1)
-    with path.open(newline="", encoding="utf-8") as file:
-        assert [row["mission_guid"] for row in csv.DictReader(file)] == ["guid-empties"]
-    again, _count = export.export_runs(ExecutionFilter())
-    assert again != path
 
 
 # ---------------------------------------------------------------------- the exception calendar

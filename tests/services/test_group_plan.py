@@ -90,13 +90,6 @@ def test_a_deleted_group_takes_its_schedules_along_and_undo_brings_them_back(sit
     assert [run.robot_group for run in site.executions()] == ["Hall"]
 
 
-def test_ids_of_schedules_that_were_deleted_are_not_given_again(catalogue):
-    group = hall(catalogue)
-    first = catalogue.save_schedule(of_group(group))
-    catalogue.remove_schedule(first.id)
-    assert catalogue.save_schedule(of_group(group)).id > first.id
-
-
 # ---------------------------------------------------------------------- files
 def test_what_is_exported_is_the_same_when_it_is_read_in_elsewhere(site, catalogue, tmp_path):
     group = hall(catalogue, hand_over=HandOver.AT_ONCE, keep_free=1)

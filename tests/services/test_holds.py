@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.container import Container
 from app.database.connection import Database
 from app.database.robots import Hold, HoldRepository
 from app.domain.models import Robot
@@ -22,22 +21,16 @@ NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)
 HOUR = timedelta(hours=1)
 
 
-def opened(path, clock):
-    return Container(Database.open(path / "a.db", clock=clock, durable=False, threaded=False), clock)
-
-
 @pytest.fixture
 def clock():
     return VirtualClock(NOW)
 
 
 @pytest.fixture
-def container(tmp_path, clock):
-    container = opened(tmp_path, clock)
+def container(container):
     for name in ("Aino", "Veikko"):
         container.catalogue.save_robot(Robot(name, f"http://{name.lower()}", "user"), "secret")
-    yield container
-    container.close()
+    return container
 
 
 def test_a_removed_robot_can_not_be_held(container):
@@ -55,12 +48,6 @@ def test_a_hold_of_all_holds_each_and_says_since_when_and_why(container):
     assert (hold.reason, hold.since, hold.until, hold.robot_id) == ("Fire drill", NOW, NOW + HOUR, None)
     assert container.holds.active() == container.holds.active(1) == container.holds.current()[0] == hold
     assert published == [Topic.HOLDS]
-
-
-def test_a_hold_of_one_robot_leaves_the_others_alone(container):
-    container.holds.hold("Cleaning", robot_id=2)
-    assert container.holds.active(2).reason == "Cleaning"
-    assert (container.holds.active(1), container.holds.active()) == (None, None)
 
 
 def test_it_ends_by_itself_and_the_shorter_one_uncovers_the_longer(container, clock):

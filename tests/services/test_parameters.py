@@ -7,8 +7,9 @@ import pytest
 from app.domain.execution import State
 from app.domain.models import Mission
 from app.mir.errors import RobotError
+from tests.support.site import GUIDS
 
-GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
+GO_TO_POSITION = GUIDS["Go to position"]
 
 
 @pytest.fixture
@@ -16,17 +17,12 @@ def robot(site):
     return site.container.catalogue.robots()[0]
 
 
-@pytest.fixture
-def mission(site):
-    return site.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
-
-
 def asked(site, robot):
     [parameter] = site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     return parameter
 
 
-def test_positions_of_the_robots_map_can_be_chosen_by_name(site, robot, mission):
+def test_positions_of_the_robots_map_can_be_chosen_by_name(site, robot, go_to_position):
     site.run(10)
     parameter = asked(site, robot)
     assert parameter.is_position
@@ -37,11 +33,11 @@ def test_positions_of_the_robots_map_can_be_chosen_by_name(site, robot, mission)
 
 
 @pytest.mark.parametrize("given", ["Line 1", "line 1", None])
-def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, mission, given):
+def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, go_to_position, given):
     site.run(10)
     by_name = {name: guid for guid, name in asked(site, robot).choices}
     entered = {"Position": given or by_name["Line 1"]}
-    execution = site.container.operator.run_now(robot.id, mission.id, entered)
+    execution = site.container.operator.run_now(robot.id, go_to_position.id, entered)
     assert dict(execution.parameters) == entered
     site.run(600)
     assert site.container.ledger.get(execution.id).state is State.COMPLETED
@@ -49,7 +45,7 @@ def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, 
     assert item.parameters[0]["value"] == by_name["Line 1"]
 
 
-def test_what_was_said_before_is_known_of_a_robot_that_does_not_answer(site, robot, mission):
+def test_what_was_said_before_is_known_of_a_robot_that_does_not_answer(site, robot, go_to_position):
     site.run(10)
     said_before, other = site.container.parameters.said_before, robot.id + 1
     assert said_before(robot.id, GO_TO_POSITION) is None
@@ -61,7 +57,7 @@ def test_what_was_said_before_is_known_of_a_robot_that_does_not_answer(site, rob
     assert [said_before(each, GO_TO_POSITION) for each in (robot.id, other)] == 2 * [(said,)]
 
 
-def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, mission):
+def test_missions_that_a_robot_lacks_are_not_offered_for_it(site, robot, go_to_position):
     lost = site.container.catalogue.save_mission(Mission("Lost", "00000000-0000-0000-0000-000000000000"))
     missions = site.container.robot_missions
     there = site.container.catalogue.missions_of(robot.id)

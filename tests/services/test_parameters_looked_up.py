@@ -7,15 +7,15 @@ from dataclasses import replace
 import pytest
 
 from app.domain.execution import ReasonCode, State
-from app.domain.models import Mission
 from app.domain.robot import MissionParameter
 from app.mir.client import RobotClient
 from app.mir.errors import AnotherRobot, NotAMir, Unauthorized
 from tests.support.edits import import_file
 from tests.support.examples import at_night
 from tests.support.seen import requests
+from tests.support.site import GUIDS
 
-GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
+GO_TO_POSITION = GUIDS["Go to position"]
 HALL_B = "22222222-ce85-11ef-904a-000e8e9884eb"
 NEW_GUID = "11111111-ce85-11ef-904a-000e8e9884eb"
 START = "2026-11-23T06:05"
@@ -27,11 +27,6 @@ def robot(site):
     site.container.catalogue.change_settings(poll_interval_seconds=1800)  # a day soon passes
     site.run(10)
     return site.container.catalogue.robots()[0]
-
-
-@pytest.fixture
-def mission(site, robot):
-    return site.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
 
 
 @pytest.fixture
@@ -62,7 +57,7 @@ def sent(site, after=0.0) -> list[object]:
     return [item.parameters[0]["value"] for item in site.machines["R1"].queue]
 
 
-def test_a_robot_that_has_changed_its_map_goes_to_the_position_on_that_map(site, mission, line_1, hall_b):
+def test_a_robot_that_has_changed_its_map_goes_to_the_position_on_that_map(site, go_to_position, line_1, hall_b):
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(600)
     site.machines["R1"].map_id = HALL_B
@@ -70,7 +65,7 @@ def test_a_robot_that_has_changed_its_map_goes_to_the_position_on_that_map(site,
 
 
 @pytest.mark.long
-def test_a_robot_that_changes_its_map_just_before_the_start_is_asked_again(site, mission, line_1, hall_b):
+def test_a_robot_that_changes_its_map_just_before_the_start_is_asked_again(site, go_to_position, line_1, hall_b):
     take(site, {"Position": "Line 1"}, start="2026-11-23T06:10")
     site.container.robot_missions.parameters(1, GO_TO_POSITION)
     site.run(585)
@@ -82,7 +77,7 @@ def test_a_robot_that_changes_its_map_just_before_the_start_is_asked_again(site,
     assert sent(site, after=60) == [NEW_GUID]
 
 
-def test_a_position_that_was_deleted_and_made_again_is_found_by_its_name(site, mission, positions, line_1):
+def test_a_position_that_was_deleted_and_made_again_is_found_by_its_name(site, go_to_position, positions, line_1):
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(600)
     positions.remove(line_1["guid"])
@@ -94,7 +89,7 @@ def test_a_position_that_was_deleted_and_made_again_is_found_by_its_name(site, m
 
 
 @pytest.mark.long
-def test_it_is_looked_up_before_the_instant(site, mission, line_1):
+def test_it_is_looked_up_before_the_instant(site, go_to_position, line_1):
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
     site.run(DAY + 600)
     assert all(0 <= post.at % 300 < 0.1 for post in site.network.posts())
@@ -102,7 +97,7 @@ def test_it_is_looked_up_before_the_instant(site, mission, line_1):
 
 
 @pytest.mark.long
-def test_a_position_by_its_guid_is_asked_for_once_only(site, mission, line_1):
+def test_a_position_by_its_guid_is_asked_for_once_only(site, go_to_position, line_1):
     take(site, {"Position": line_1["guid"]}, recurrence="FREQ=DAILY")
     site.run(600)
     asked = requests(site)
@@ -110,7 +105,7 @@ def test_a_position_by_its_guid_is_asked_for_once_only(site, mission, line_1):
     assert [request for request in asked if "/missions/" in request or "/positions" in request] == []
 
 
-def test_a_robot_that_answers_400_is_asked_what_the_mission_needs_now(site, robot, mission, line_1):
+def test_a_robot_that_answers_400_is_asked_what_the_mission_needs_now(site, robot, go_to_position, line_1):
     """It was remembered as a text: the first start takes the name along, and the next one the position."""
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Position"),)})
     take(site, {"Position": "Line 1"}, recurrence="FREQ=DAILY")
@@ -120,7 +115,7 @@ def test_a_robot_that_answers_400_is_asked_what_the_mission_needs_now(site, robo
     assert (len(site.executions(State.COMPLETED)), sent(site)) == (1, [line_1["guid"]])
 
 
-def test_what_another_machine_has_said_is_forgotten_with_its_serial_number(site, robot, mission):
+def test_what_another_machine_has_said_is_forgotten_with_its_serial_number(site, robot, go_to_position):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     stored = site.container.catalogue.robots()[0]
     site.container.catalogue.save_robot(replace(stored, serial_number="another"), "secret")
@@ -132,7 +127,7 @@ def test_what_another_machine_has_said_is_forgotten_with_its_serial_number(site,
 # ---------------------------------------------------------------------- robots that do not say it
 @pytest.mark.parametrize("error", [Unauthorized(status=403), NotAMir(code="web_page")], ids=["no rights", "a web page"])
 @pytest.mark.parametrize("call", ["positions", *at_night("mission", "_parameters")])
-def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, mission, line_1, monkeypatch, call, error):
+def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, go_to_position, line_1, monkeypatch, call, error):
     def refused(*_args: object, **_values: object) -> None:
         raise error
 
@@ -143,7 +138,7 @@ def test_a_robot_that_keeps_it_from_this_user_judges_for_itself(site, mission, l
 
 
 @pytest.mark.long
-def test_another_robot_is_sent_nothing(site, mission, line_1, monkeypatch):
+def test_another_robot_is_sent_nothing(site, go_to_position, line_1, monkeypatch):
     def refused(*_args: object, **_values: object) -> None:
         raise AnotherRobot(expected="1", found="2")
 
@@ -154,7 +149,7 @@ def test_another_robot_is_sent_nothing(site, mission, line_1, monkeypatch):
 
 
 # ---------------------------------------------------------------------- defaults
-def test_a_default_on_another_map_is_a_default(site, mission, line_1, hall_b, monkeypatch):
+def test_a_default_on_another_map_is_a_default(site, go_to_position, line_1, hall_b, monkeypatch):
     monkeypatch.setattr(
         RobotClient,
         "parameters",

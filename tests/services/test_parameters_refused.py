@@ -22,7 +22,7 @@ from tests.support.edits import import_file
 from tests.support.seen import requests
 from tests.support.site import GUIDS
 
-GO_TO_POSITION = "3d7c7c49-ce85-11ef-904a-000e8e9884eb"
+GO_TO_POSITION = GUIDS["Go to position"]
 START = "2026-11-23T06:05"
 
 
@@ -31,11 +31,6 @@ def robot(site):
     site.container.catalogue.change_settings(poll_interval_seconds=1800)  # a day soon passes
     site.run(10)
     return site.container.catalogue.robots()[0]
-
-
-@pytest.fixture
-def mission(site):
-    return site.container.catalogue.save_mission(Mission("Go to position", GO_TO_POSITION))
 
 
 def take(site, *schedules, **sections):
@@ -56,16 +51,16 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("parameters", "problem"), WRONG)
-def test_a_file_is_refused_with_mission_and_parameter(site, robot, mission, parameters, problem):
+def test_a_file_is_refused_with_mission_and_parameter(site, robot, go_to_position, parameters, problem):
     with pytest.raises(InvalidInput, match=rf"^schedules\[0\].parameters: {problem}"):
         take(site, schedule(parameters))
     assert site.container.catalogue.schedules() == []
 
 
 @pytest.mark.parametrize(("parameters", "problem"), WRONG)
-def test_run_now_is_refused_with_mission_and_parameter(site, robot, mission, parameters, problem):
+def test_run_now_is_refused_with_mission_and_parameter(site, robot, go_to_position, parameters, problem):
     with pytest.raises(InvalidInput, match=f"^{problem}"):
-        site.container.operator.run_now(robot.id, mission.id, parameters)
+        site.container.operator.run_now(robot.id, go_to_position.id, parameters)
     assert site.executions() == []
 
 
@@ -74,17 +69,17 @@ def test_a_mission_without_parameters_is_given_none(site, robot):
         take(site, schedule({"Speed": 1}, mission="Deliver"))
 
 
-def test_what_is_known_refuses_a_schedule_and_run_now_without_asking(site, robot, mission, plan):
+def test_what_is_known_refuses_a_schedule_and_run_now_without_asking(site, robot, go_to_position, plan):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position has no parameter Speed"):
-        plan(START, mission_id=mission.id, parameters={"Speed": 1})
+        plan(START, mission_id=go_to_position.id, parameters={"Speed": 1})
     with pytest.raises(InvalidInput, match="Position is missing"):
-        site.container.operator.run_now(robot.id, mission.id)
+        site.container.operator.run_now(robot.id, go_to_position.id)
 
 
-def test_what_is_planned_and_would_be_refused_is_known_before_its_time(site, robot, mission, plan):
+def test_what_is_planned_and_would_be_refused_is_known_before_its_time(site, robot, go_to_position, plan):
     catalogue = site.container.catalogue
-    saved = plan(START, mission_id=mission.id)  # before its robot has said what the mission needs
+    saved = plan(START, mission_id=go_to_position.id)  # before its robot has said what the mission needs
     assert catalogue.refused() == {}
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     assert list(catalogue.refused()) == [saved.id]
@@ -93,7 +88,7 @@ def test_what_is_planned_and_would_be_refused_is_known_before_its_time(site, rob
     assert catalogue.refused() == {}
 
 
-def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
+def test_an_idle_mission_may_not_ask_for_anything(site, robot, go_to_position):
     rule = {"name": "R1", "idle": {"mission": "Go to position"}}
     with pytest.raises(
         InvalidInput, match="Go to position asks for Position, which only a schedule or Run now can give"
@@ -101,7 +96,7 @@ def test_an_idle_mission_may_not_ask_for_anything(site, robot, mission):
         take(site, robots=[rule])
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     with pytest.raises(InvalidInput, match="Go to position asks for Position"):
-        site.container.catalogue.change_idle_rule(robot.id, mission_id=mission.id)
+        site.container.catalogue.change_idle_rule(robot.id, mission_id=go_to_position.id)
 
 
 @pytest.mark.parametrize("values", [{}, {"Position": "Nowhere"}])
@@ -133,13 +128,13 @@ def test_equal_schedules_are_judged_once_and_answers_are_read_once(hall, monkeyp
 
 
 # ---------------------------------------------------------------------- robots that do not answer
-def test_a_silent_robot_keeps_nothing_from_being_imported(site, mission):
+def test_a_silent_robot_keeps_nothing_from_being_imported(site, go_to_position):
     site.network.down.add("R1")
     take(site, schedule({"Speed": 1}))
     assert [each.parameters for each in site.container.catalogue.schedules()] == [{"Speed": 1}]
 
 
-def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused_unsent(site, mission):
+def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused_unsent(site, go_to_position):
     site.network.down.add("R1")
     take(site, schedule({"Speed": 1}))
     site.at(60, lambda: site.network.down.clear())
@@ -152,7 +147,7 @@ def test_a_start_of_which_the_robot_never_said_anything_is_asked_for_and_refused
     assert site.network.posts() == []
 
 
-def test_a_start_without_what_its_mission_needs_is_refused_unsent(site, mission):
+def test_a_start_without_what_its_mission_needs_is_refused_unsent(site, go_to_position):
     site.network.down.add("R1")
     take(site, schedule({}))
     site.network.down.clear()
@@ -165,7 +160,7 @@ def test_a_start_without_what_its_mission_needs_is_refused_unsent(site, mission)
     assert site.network.posts() == []
 
 
-def test_one_that_cannot_be_asked_waits_as_for_any_silent_robot(site, mission):
+def test_one_that_cannot_be_asked_waits_as_for_any_silent_robot(site, go_to_position):
     site.network.down.add("R1")
     take(site, schedule({"Position": "Line 1"}))
     site.at(300 + 120, lambda: site.network.down.clear())
@@ -173,7 +168,7 @@ def test_one_that_cannot_be_asked_waits_as_for_any_silent_robot(site, mission):
     assert site.the_row(State.COMPLETED).submitted_at.minute == 7
 
 
-def test_it_is_known_after_a_restart(site, robot, mission):
+def test_it_is_known_after_a_restart(site, robot, go_to_position):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     site.switch_off()
     site.network.down.add("R1")
@@ -183,7 +178,7 @@ def test_it_is_known_after_a_restart(site, robot, mission):
         take(site, schedule({"Speed": 1}))
 
 
-def test_a_mission_that_was_edited_on_the_robot_is_asked_again_before_anything_is_refused(site, robot, mission):
+def test_a_mission_that_was_edited_on_the_robot_is_asked_again_before_anything_is_refused(site, robot, go_to_position):
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Old"),)})
     take(site, schedule({"Position": "Line 1"}))
     site.container.parameters.keep({(robot.id, GO_TO_POSITION): (MissionParameter("Old"),)})
@@ -191,7 +186,7 @@ def test_a_mission_that_was_edited_on_the_robot_is_asked_again_before_anything_i
 
 
 @pytest.mark.long
-def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_first_refusal(site, robot, mission):
+def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_first_refusal(site, robot, go_to_position):
     """What was remembered let it pass; the robot answered 500 without a word about the parameter."""
     before = {(robot.id, GO_TO_POSITION): (MissionParameter("Speed", default=1.0),)}
     site.container.parameters.keep(before)
@@ -206,7 +201,7 @@ def test_a_mission_that_lost_a_parameter_on_the_robot_is_known_to_after_its_firs
 
 
 # ---------------------------------------------------------------------- what it costs
-def test_each_robot_is_asked_once_for_each_mission_of_a_file(site, robot, mission):
+def test_each_robot_is_asked_once_for_each_mission_of_a_file(site, robot, go_to_position):
     asked = requests(site)
     take(site, *(schedule({"Position": "Line 1"}, name=f"S{number}") for number in range(20)))
     take(site, schedule({"Position": "Line 2"}, name="S1"))
@@ -220,7 +215,7 @@ def test_starts_without_parameters_ask_nothing(site, robot, plan):
     assert [request for request in asked if "/missions/" in request] == []
 
 
-def test_a_robot_that_has_not_been_asked_yet_is_asked_before_the_instant(site, mission):
+def test_a_robot_that_has_not_been_asked_yet_is_asked_before_the_instant(site, go_to_position):
     site.network.down.add("R1")
     take(site, schedule({"Position": "Line 1"}))
     site.at(60, lambda: site.network.down.clear())
@@ -228,7 +223,7 @@ def test_a_robot_that_has_not_been_asked_yet_is_asked_before_the_instant(site, m
     assert [0 <= post.at - 300 < 0.1 for post in site.network.posts()] == [True]
 
 
-def test_a_robot_that_does_not_say_what_a_mission_asks_for_judges_for_itself(site, robot, mission, monkeypatch):
+def test_a_robot_that_does_not_say_what_a_mission_asks_for_judges_for_itself(site, robot, go_to_position, monkeypatch):
     """Software that offers neither the definition of a mission nor its actions."""
     monkeypatch.setattr(RobotClient, "parameters", lambda _client, _guid: None)
     take(site, schedule({"Speed": 1}))
@@ -250,7 +245,7 @@ def test_robots_that_hang_hold_up_a_file_for_some_seconds_at_most(hall, monkeypa
     assert time.monotonic() - began < 20
 
 
-def test_what_can_no_longer_be_read_was_never_said(site, robot, mission):
+def test_what_can_no_longer_be_read_was_never_said(site, robot, go_to_position):
     site.container.robot_missions.parameters(robot.id, GO_TO_POSITION)
     for text in ("{", "[1]", '[{"name": null}]', "[{}]", "null"):
         site.container.db.write(lambda c, text=text: c.execute("UPDATE mission_parameters SET parameters = ?", (text,)))

@@ -10,8 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.container import Container
-from app.database.connection import Database
 from app.domain.execution import DurationEstimate
 from app.domain.models import DayException, InvalidInput, Mission, Robot, Schedule
 from app.services.files import plan_export
@@ -25,15 +23,17 @@ NAMES = st.text(st.characters(exclude_categories=["Cc", "Cs", "Zl", "Zp"]), min_
 
 
 @pytest.fixture
-def container(tmp_path):
-    clock = VirtualClock(NOW)
-    container = Container(Database.open(tmp_path / "data" / "a.db", clock=clock, durable=False), clock)
+def clock():
+    return VirtualClock(NOW)
+
+
+@pytest.fixture
+def container(container):
     container.first_start()
     container.catalogue.change_settings(timezone="Europe/Helsinki")
     container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
     container.catalogue.save_mission(Mission("Deliver; kits, 2", "guid-1"))
-    yield container
-    container.close()
+    return container
 
 
 @pytest.fixture
@@ -116,8 +116,7 @@ def test_a_mission_every_minute_is_cut_and_says_so(container, files, monkeypatch
     assert done.until == NOW + timedelta(minutes=2999)
 
 
-def test_where_nothing_can_be_written_one_sentence_says_so(container, tmp_path, monkeypatch):
-    files = PlanFiles(container.db, container.catalogue, container.clock, container.plan, tmp_path)
+def test_where_nothing_can_be_written_one_sentence_says_so(files, monkeypatch):
     monkeypatch.setattr(plan_export, "STEM", "nowhere/at/all")
     with pytest.raises(InvalidInput, match="there is no directory"):
         files.export()

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from app.database.connection import Database
-from app.services.catalogue.catalogue import Catalogue
 from app.services.files.exports import DataFiles
-from app.services.live.changes import Changes
-from tests.support.clock import VirtualClock
 
 
 @pytest.mark.parametrize(
@@ -21,14 +17,12 @@ from tests.support.clock import VirtualClock
         ("Täti", "check-up-täti"),
     ],
 )
-def test_both_files_lie_where_people_look_and_are_named_after_the_robot(tmp_path, robot, stem):
-    clock, documents = VirtualClock(), tmp_path / "Documents"
+def test_both_files_lie_where_people_look_and_are_named_after_the_robot(container, tmp_path, robot, stem):
+    documents = tmp_path / "Documents"
     documents.mkdir()
-    db = Database.open(tmp_path / "amr-scheduler.db", clock=clock, threaded=False, durable=False)
-    files = DataFiles(db, Catalogue(db, clock, Changes()), clock, documents)
+    files = DataFiles(container.db, container.catalogue, container.clock, documents)
     assert files.write_text("<p>", f"check-up {robot}", ".html") == documents / f"amr-scheduler-{stem}-2026-11-23.html"
     assert (
         files.write_text("<p>", f"check-up {robot}", ".html") == documents / f"amr-scheduler-{stem}-2026-11-23-2.html"
     )
     assert files.write_text("{}", f"check-up {robot}", ".json") == documents / f"amr-scheduler-{stem}-2026-11-23.json"
-    db.close()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from itertools import pairwise
 
 import pytest
 
@@ -12,7 +11,6 @@ from app.domain.check_up import Level, Topic
 from app.domain.message import render
 from app.domain.models import Robot
 from app.domain.robot import RobotStatus
-from app.mir.errors import Unreachable
 from app.mir.transport import Response
 from app.services.check_up import load_probes
 from app.services.check_up.load_probes import latency, load
@@ -153,21 +151,8 @@ def test_odd_answers_are_findings_and_nothing_else(robot, odd, but_for):
     assert robot.writes == []
 
 
-def test_a_robot_that_is_off_is_one_red_finding(robot):
-    robot.gives(Unreachable(code="refused"), lambda method, path: True)
-    session = read(robot)
-    assert [(finding.topic, finding.level) for finding in session.findings] == [(Topic.IDENTITY, Level.RED)]
-
-
 def test_it_ends_where_somebody_wants_it_to(robot):
     wanted = iter([True] * 20)
     with pytest.raises(Cancelled):
         read(robot, is_wanted=lambda: next(wanted, False))
     assert len(robot.requests) < 80
-
-
-def test_it_says_how_far_it_is():
-    steps = []
-    read(AskedRobot(), on_progress=steps.append)
-    assert all(0 <= before.done <= after.done <= after.of for before, after in pairwise(steps))
-    assert len({render(progress.says) for progress in steps}) >= 4
