@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import pytest
 
 from mir_sim.definition import FLEET_SOFTWARE, SOFTWARE, load
 from tests.conformance import exceptions
 from tests.conformance.client import Client
-from tests.conformance.schema import differences
+from tests.conformance.exceptions import Deviation
+from tests.conformance.schema import Difference, differences
 from tests.unit.sim.asking import HEADERS
 
 DEVIATIONS = exceptions.load()
@@ -29,15 +29,15 @@ def name_of(verb: str, template: str) -> str:
 
 
 def unexplained(
-    client: Client, software: str, operation: str, schema: dict[str, Any], answer: Any
+    found: list[Difference], software: str, operation: str, deviations: list[Deviation]
 ) -> tuple[list[str], set[int]]:
     """Differences from the schema that no exception allows, and the exceptions that were needed."""
     left, used = [], set()
-    for difference in differences(client.document, schema, answer):
+    for difference in found:
         number = next(
             (
                 number
-                for number, one in enumerate(DEVIATIONS)
+                for number, one in enumerate(deviations)
                 if one.allows(operation, software, difference.field, difference.value, difference.missing)
             ),
             None,
@@ -83,7 +83,8 @@ def succeed(software: str, verb: str, template: str) -> tuple[list[str], set[int
     if "protective_scan" in template:
         assert response.body.startswith(b"\x89PNG")  # a schema without fields may mean anything
         return [], set()
-    return unexplained(client, software, name_of(verb, template), schema, response.json())
+    found = differences(client.document, schema, response.json())
+    return unexplained(found, software, name_of(verb, template), DEVIATIONS)
 
 
 def nothing_there(client: Client, verb: str, template: str) -> tuple[list[str], set[int]]:

@@ -106,15 +106,6 @@ def test_nor_one_of_a_version_that_never_was(backup, version):
     assert backups.problem_of(backup) is not None
 
 
-def test_a_hostile_backup_is_never_the_one_to_restore(backup, tmp_path):
-    directory = tmp_path / "data" / "backups"
-    directory.mkdir()
-    backup.rename(directory / "manual-x.db")
-    assert backups.newest_good_backup(tmp_path / "data" / "amr-scheduler.db") is not None
-    spoil(directory / "manual-x.db", "CREATE VIEW v AS SELECT 1")
-    assert backups.newest_good_backup(tmp_path / "data" / "amr-scheduler.db") is None
-
-
 @pytest.mark.parametrize(
     "version", [1, *(pytest.param(version, marks=pytest.mark.long) for version in range(2, len(MIGRATIONS) + 1))]
 )

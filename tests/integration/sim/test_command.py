@@ -122,23 +122,3 @@ def test_robots_differ_as_a_profile_says_and_the_options_win(how: str) -> None:
     with started("--port", "0", "--software", "3.8.1", how, which) as (_process, [[_ready, _name, url]]):
         response = requests.get(f"{url}/api/v2.0.0/platform/timezone", headers=HEADERS, timeout=5)
     assert (response.json(), response.headers["Robot-Version"]) == ({"value": "Asia/Tokyo"}, "3.8.1")
-
-
-def test_help_names_every_option() -> None:
-    text = subprocess.run(
-        [sys.executable, "-m", "mir_sim", "--help"], capture_output=True, text=True, timeout=BOUND, check=True
-    ).stdout
-    for option in (
-        "--host",
-        "--port",
-        "--robots",
-        "--time-scale",
-        "--seed",
-        "--software",
-        "--chaos",
-        "--history",
-        "--clock-offset",
-        "--profile",
-        "--deviant",
-    ):
-        assert option in text

@@ -271,13 +271,6 @@ def test_a_slow_disk_takes_3_to_9_seconds_of_the_simulated_time() -> None:
     assert 8.7 < max(waits) <= 9
 
 
-def test_another_zone_is_another_time_of_day_and_no_error_of_the_clock() -> None:
-    with client_of(deviant("other-zone")) as there, client_of(Profile()) as here:
-        stamps = [client.robot.stamp() for client in (there, here)]
-        assert stamps == ["2026-11-23T15:00:00", "2026-11-23T07:00:00"]
-        assert there.robot.clock.error(0.0) == 0.0
-
-
 def test_items_queued_by_a_fleet_are_its_own_and_do_not_accumulate() -> None:
     with client_of(deviant("fleet")) as client:
         client.ask("PUT", "/status", {"state_id": 4})

@@ -17,7 +17,6 @@ import requests
 
 import mir_sim
 from mir_sim import Fleet, FleetRobot
-from tests.support.process import wait_for
 from tests.unit.sim.asking import GUIDS, HEADERS
 
 
@@ -50,11 +49,6 @@ def test_robots_have_friendly_names_and_ports_of_their_own(fleet: Fleet) -> None
     assert [robot.name for robot in fleet.robots] == ["Aino", "Veikko"]
     assert [ask(robot, "GET", "/status").json()["robot_name"] for robot in fleet.robots] == ["Aino", "Veikko"]
     assert mir_sim.fleet.robot_name(12) == "Aino-2"
-
-
-def test_a_mission_runs_over_http(aino: FleetRobot) -> None:
-    number = ask(aino, "POST", "/mission_queue", {"mission_id": GUIDS["Deliver"], "description": "t"}).json()["id"]
-    wait_for(lambda: ask(aino, "GET", f"/mission_queue/{number}").json()["state"] == "Done")
 
 
 def test_a_connection_is_kept_and_every_body_is_drained(aino: FleetRobot) -> None:

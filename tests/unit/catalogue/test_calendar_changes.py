@@ -7,7 +7,6 @@ from datetime import date, datetime, timedelta
 
 import pytest
 
-from app.database.connection import Database
 from app.database.settings import CalendarRepository
 from app.domain.execution import ReasonCode, State
 from app.domain.models import DayException, InvalidInput, Schedule
@@ -119,13 +118,6 @@ def test_what_was_deleted_cannot_be_changed(world):
     with refuses("days", "entry of the calendar no longer exists"):
         world.catalogue.save_days(saved)
     assert world.catalogue.remove_days(saved.id).ids[DayException] == []
-
-
-def test_entries_survive_a_restart(world):
-    saved = world.catalogue.save_days(replace(CLOSED, is_working=True, yearly=True, source="plant.ics"))
-    world.db.close()
-    world.db = Database.open(world.db.path, clock=world.clock, threaded=False, durable=False)
-    assert CALENDAR.all(world.db.read()) == [saved]
 
 
 def test_the_planner_skips_closed_days(tmp_path):

@@ -239,7 +239,8 @@ def test_undo_adds_no_second_robot_at_an_address_in_use(removed, world):
 
 def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
     own = world.catalogue.save_mission(Mission("Home", "guid-2", robot_id=world.robot.id))
-    home, morning = world.schedule(name="Home", mission_id=own.id), world.schedule()
+    world.schedule(name="Home", mission_id=own.id)
+    morning = world.schedule()
     conflicts = {
         "another schedule Morning now": (world.catalogue.remove_schedule(morning.id), lambda: world.schedule()),
         "another mission Home now": (
@@ -251,21 +252,19 @@ def test_undo_says_what_else_was_taken_or_removed_and_changes_nothing(world):
         take()
         with refuses("name", problem):
             world.catalogue.restore(removed)
-    removed = world.catalogue.remove_schedule(SCHEDULES.by_name(world.db.read(), "Morning").id)
-    world.catalogue.remove_mission(world.mission.id)
-    with refuses("mission", "this mission no longer exists"):
-        world.catalogue.restore(removed)
     world.catalogue.remove_robot(world.robot.id)
     with refuses("robot", "this robot no longer exists"):
         world.catalogue.restore(conflicts["another mission Home now"][0])
-    assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read()), world.stored(home)) == ([], [], None)
+    assert (MISSIONS.all(world.db.read()), SCHEDULES.all(world.db.read())) == ([world.mission], [])
 
 
 def test_what_was_restored_is_not_restored_again(world):
     group = world.catalogue.save_group(Group("Hall", (world.robot.id,)))
     days = world.catalogue.save_days(DayException("Audit", date(2026, 12, 1), date(2026, 12, 2)))
+    place = world.catalogue.save_place(Place("Dock 2", 1, (world.mission.id,)))
     schedule = world.schedule()
     for remove in (
+        lambda: world.catalogue.remove_place(place.id),
         lambda: world.catalogue.remove_days(days.id),
         lambda: world.catalogue.remove_group(group.id),
         lambda: world.catalogue.remove_schedule(schedule.id),

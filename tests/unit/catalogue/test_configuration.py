@@ -306,12 +306,6 @@ def test_a_password_becomes_a_token_at_once_and_is_not_stored(full):
     assert full.take(FULL) == []
 
 
-def test_without_a_password_an_existing_robot_keeps_its_token(full):
-    before = full.robots["R1"]
-    assert full.take(robots=[{"name": "R1", "address": "192.168.12.20", "username": "distributor"}]) == []
-    assert full.robots["R1"] == before
-
-
 def test_a_new_robot_or_user_without_a_password_is_off_and_needs_one(tablet):
     robot = {"name": "R1", "address": "10.0.0.1", "username": "a", "enabled": True}
     assert tablet.take(robots=[robot]) == ["robot R1 added, it is switched off and needs a password"]

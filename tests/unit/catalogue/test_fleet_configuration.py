@@ -43,13 +43,6 @@ def test_what_is_exported_is_taken_as_it_is(hall):
     assert (hall.robots, hall.catalogue.fleets()) == before
 
 
-def test_without_fleets_an_export_names_none(tablet):
-    tablet.take(robots=[{"name": "R1", "address": "10.0.0.1"}])
-    found = tablet.export()
-    assert "fleets" not in found
-    assert found["robots"][0].keys().isdisjoint({"fleet", "vehicle"})
-
-
 def test_without_a_password_a_fleet_is_off_and_says_so_once(tablet):
     lines = tablet.take(fleets=[{"name": "Hall", "address": "10.0.0.50", "username": "user"}], robots=[ROBOT])
     assert lines == ["fleet Hall added, it is switched off and needs a password", "robot Bella added"]
