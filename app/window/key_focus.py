@@ -8,6 +8,7 @@ from kivy.core.window import Window
 from kivy.graphics import Color, SmoothLine
 from kivy.metrics import dp
 from kivy.uix.behaviors import ButtonBehavior
+from kivy.uix.screenmanager import Screen
 from kivy.uix.scrollview import ScrollView
 
 from app.widgets.around import around
@@ -114,12 +115,15 @@ def _far(target, other, right, up) -> float:
 class KeyFocus:
     """Active from ``start`` to ``stop``. Only the topmost layer is reached: a dialog's targets, else the screen's that no
     sheet covers. A touch ends it. The ring goes into a sheet or menu that Enter has opened, but into no question. When
-    what keys have opened closes, the ring continues at the widget that opened it, or its successor. Enter presses the
+    what keys have opened closes, the ring continues at the widget that opened it, or its successor; what goes away leaves
+    it to what is nearest there, as long as the page stays. Enter presses the
     widget with the ring before the dialog's own action; all other keys go to the dialog first. A held key presses once.
     """
 
     def __init__(self) -> None:
         self.target = None  # what has the ring
+        self._path: list = []  # what that is in
+        self._place = 0.0, 0.0  # its middle
         self._left: list = []  # what had it on the page before, or below the sheet
         self._pressed: tuple = ()  # what Enter pressed last on the page or a sheet, and what was open then
         self._openers: list = []  # (dialog, the widget with the ring when it opened, and its place; or None, None)
@@ -143,7 +147,7 @@ class KeyFocus:
 
     def forget(self) -> None:
         self.target = None
-        self._pressed = ()
+        self._path, self._pressed = [], ()
         self._left.clear()
         self._follow.cancel()
         self._clear()
@@ -240,6 +244,7 @@ class KeyFocus:
         new = next((top for top in tops if top not in known), None)
         if new is not None:
             self._openers.append((new, self.target, _middle(self.target) if parents(self.target) else None))
+            self._clear()  # behind it
         else:
             self._come_back()
 
@@ -340,6 +345,14 @@ class KeyFocus:
         near = min(self.targets(), key=lambda target: _away(target, place), default=None)
         return near if near is not None and _away(near, place) <= tk.h_touch else None
 
+    def _nearest_remaining(self):
+        """Where the one with the ring has gone, but not its page: what is nearest, in what it was in; or None."""
+        left = next((each for each in self._path if parents(each)), None)
+        if next(around(left, Screen), None) is None:
+            return None
+        near = (target for target in self.targets() if left in around(target))
+        return min(near, key=lambda target: _away(target, self._place), default=None)
+
     def _has_opened(self, target) -> bool:
         """Enter on it has opened something."""
         return target in self._pressed[:1] and self._opened() not in (None, self._pressed[1])
@@ -382,10 +395,14 @@ class KeyFocus:
             self._come_back()
         if not parents(self.target) or self._has_opened(self.target):
             self._go_in()
+        if not (parents(self.target) or self._openers):
+            self.target = self._nearest_remaining()
         target = self.target
-        if target is None or not (parents(target) or self._openers):
+        if target is None:
             self.forget()
             return
+        if path := parents(target):
+            self._path, self._place = path, _middle(target)
         seen = target in self.targets() and dock.field is None  # else keys go to the field
         place = (*_around(target), *tk.ink) if seen else None
         if place != self._shown:

@@ -8,6 +8,7 @@ from kivy.graphics import Color, SmoothLine
 from kivy.uix.behaviors import ButtonBehavior
 from kivy.uix.boxlayout import BoxLayout
 from kivy.uix.floatlayout import FloatLayout
+from kivy.uix.screenmanager import Screen
 from kivy.uix.widget import Widget
 from kivy.utils import get_hex_from_color
 
@@ -403,3 +404,21 @@ def test_bars_of_a_timeline_are_reached_by_tab_and_arrows_and_opened_by_enter(ui
     chart.lanes = lanes[1:]
     ui.advance(0.2)
     assert "a" not in [seat.event[1] for seat in chart.seats()]
+
+
+def test_where_what_had_the_ring_goes_away_what_is_nearest_there_has_it(ui, keys):
+    bars = [Bar("a", 2, 3), Bar("b", 8, 9), Bar("c", 12, 13)]
+    chart = Lanes(lanes=[Lane("Aino", bars=tuple(bars))], now=1.5, hours=24, size_hint_y=None, height=80)
+    page, screen = page_of("Before"), Screen()
+    page.add_widget(chart)
+    screen.add_widget(page)
+    ui.show(screen, (800, 400))
+    for key in (TAB, TAB, RIGHT):
+        ui.key(key)
+    assert keys.target.event[1] == "b"
+    chart.lanes = [Lane("Aino", bars=(bars[0], bars[2]))]
+    ui.advance(0.1)
+    assert keys.target.event[1] == "c"
+    screen.clear_widgets()
+    ui.advance(0.1)
+    assert keys.target is None

@@ -21,7 +21,7 @@ from app.widgets.pickers import TimeSheet
 from app.widgets.scrolling import ScrollPage
 from app.widgets.sheet import Sheet, SheetPlace
 from app.window.key_focus import ARROWS, ENTER, ESCAPE, TAB
-from tests.ui.ring import page_of
+from tests.ui.ring import page_of, ring_at
 
 UP, DOWN, RIGHT, LEFT = ARROWS
 
@@ -355,11 +355,14 @@ def test_the_ring_of_a_button_that_goes_is_in_the_sheet_that_comes(ui, keys):
         button.parent.remove_widget(button)
         sheets.show(sheet)
         sheets.pick(ChoiceSheet(title="Mission", options=[Option(n, f"Option {n}") for n in range(9)]), print)
+        rings.append(ring_at())
 
+    rings: list[int] = []
     ui.find(CommandButton, text="New").bind(on_release=begin)
     ui.key(TAB)
     ui.key(ENTER)
     ui.advance(1)
+    assert rings == [0]  # none is seen behind the list
     assert keys.target.item.title == "Option 0"
     ui.key(ENTER)
     ui.advance(1)
