@@ -140,6 +140,7 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
     from tests.ui import checks
 
     label = f"{item.name}-{studio.size.name}"
+    widget = None
     try:
         for n, theme in enumerate(themes):
             studio.use(theme)
@@ -156,6 +157,7 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
         print(f"{label}: not taken", file=sys.stderr, flush=True)
         return False
     finally:
+        widget = None  # garbage too, or the whole screen stays to the end
         studio.clear()
         gc.collect()  # widgets of pictures before would be recoloured with every switch
         gc.freeze()  # what is left stays to the end
