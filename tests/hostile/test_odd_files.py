@@ -30,13 +30,6 @@ def test_a_day_that_no_calendar_has_hides_that_file_alone(tmp_path, day):
     assert "good.json" in [file.path.name for file in found_in(tmp_path, ".json")]
 
 
-def test_letters_of_the_kind_of_a_file_may_be_capitals(tmp_path):
-    (tmp_path / "PLANS").mkdir()
-    for name in ("PLANT.JSON", "PLANS/Week.Json", "small.json", "PLANT.JSON.bak", "json"):
-        (tmp_path / name).write_text("{}")
-    assert {file.path.name for file in found_in(tmp_path, ".json")} == {"PLANT.JSON", "Week.Json", "small.json"}
-
-
 def test_hidden_files_take_no_room_of_those_that_are_seen(tmp_path, monkeypatch):
     monkeypatch.setattr(places, "MOST_SEEN", 3)
     for name in ("good.json", "better.json", "._good.json", "._better.json", ".a.json", ".b.json"):

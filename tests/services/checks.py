@@ -44,6 +44,12 @@ def tries(s):
 
 
 @check
+def counts(s):
+    """How many starts each row stands for."""
+    return [row.starts for row in s.executions()]
+
+
+@check
 def states(s):
     """Of the rows, or of those of one schedule."""
     return s.states()

@@ -273,10 +273,11 @@ def test_a_reset_before_the_request_is_read_is_not_repeated(serve: Serve, connec
         assert server.connections == before + 1
 
 
+CREATED = HEAD.replace(b"200 OK", b"201 Created")
 NONSENSE: dict[str, bytes] = {
     "noise": bytes(range(256)) * 4,
     "another protocol": b"SSH-2.0-OpenSSH_9.6\r\n",
-    "two lengths": b"HTTP/1.1 201 Created\r\nContent-Length: 2\r\nContent-Length: 5\r\n\r\n{}",
+    "two lengths": CREATED + b"Content-Length: 29\r\nContent-Length: 3\r\n\r\n" + ACCEPTED,
     "bad chunk size": HEAD + b"Transfer-Encoding: chunked\r\n\r\nxyz\r\n{}\r\n0\r\n\r\n",
     "an endless chunk size": HEAD + b"Transfer-Encoding: chunked\r\n\r\n" + b"0" * 200_000,
     "too many headers": HEAD + b"".join(b"X%d: 1\r\n" % n for n in range(500)) + b"\r\n{}",
@@ -293,7 +294,13 @@ NONSENSE: dict[str, bytes] = {
         b"application/json", b'multipart/mixed; a="' + b"\r\n ".join([b";" * 60_000] * 90)
     )
     + b"\r\n\r\n{}",
-    "a long head": HEAD + b"".join(b"X%d: %b\r\n" % (n, b"x" * 1000) for n in range(30)) + b"\r\n" + ACCEPTED,
+    "a long head": CREATED + b"".join(b"X%d: %b\r\n" % (n, b"x" * 1000) for n in range(30)) + b"\r\n" + ACCEPTED,
+}
+
+
+NO_LENGTHS = (b"-5", b"-0", b"+29", b"2_9", b"29, 29", b"", b"0x1d", b"29.0", b"9" * 5000)
+NONSENSE |= {
+    f"length {length[:6]!r}": CREATED + b"Content-Length: %b\r\n\r\n" % length + ACCEPTED for length in NO_LENGTHS
 }
 
 
@@ -304,6 +311,12 @@ def test_nonsense_is_never_taken_for_an_answer(serve: Serve, connect: Connect, b
     assert type(error) in (Unreadable, Unnumbered, NotAMir, ConnectionLost)
     assert error.delivery is Delivery.UNKNOWN
     assert len(server.requests) == 1
+
+
+@pytest.mark.parametrize("length", [b"", b"content-length:  29 \r\n"])
+def test_a_length_may_be_missing_or_stand_between_spaces(serve: Serve, connect: Connect, length: bytes) -> None:
+    server = serve(after_request(lambda robot: robot.send(CREATED + length + b"\r\n" + ACCEPTED)))
+    assert connect(server).enqueue(MISSION) == 7
 
 
 # ---------------------------------------------------------------------- too much

@@ -9,12 +9,6 @@ import pytest
 from tests.services.story import *
 from tests.support.clock import VirtualClock
 
-
-def counts(*wanted):
-    """How many starts each row stands for."""
-    return true(lambda s: [row.starts for row in s.executions()] == list(wanted))
-
-
 TWO_LATE = [plan("R1", on=1), plan("R2", on=2), 60, off_for(600), 15]
 
 
@@ -169,16 +163,12 @@ def stopped(s, seconds):
 
 
 @pytest.mark.parametrize("sleep", [woken_first, stopped])
-def test_asleep_between_connecting_and_sending_the_battery_is_read_again(tmp_path, monkeypatch, sleep):
-    s = Stage(tmp_path, "robot", 1)
+def test_asleep_between_connecting_and_sending_the_battery_is_read_again(s, monkeypatch, sleep):
     monkeypatch.setattr(s.clock, "suspend", partial(sleep, s))
     play(s, NEEDS_HALF, 60, post(Fate.ASLEEP, 300.0), later(239.99, battery(10)), 300, sent(), waits(BATTERY))
-    s.switch_off()
 
 
-def test_what_was_missed_says_between_when_the_app_was_off(tmp_path):
-    s = Stage(tmp_path, "robot", 1)
+def test_what_was_missed_says_between_when_the_app_was_off(s):
     play(s, plan(), 60, off_for(3600), 300, ends(MISSED))
     details = s.row().reason.details
     assert details["start"] < s.row().planned_at.isoformat() < details["end"]
-    s.switch_off()

@@ -167,8 +167,7 @@ class Killed(BaseException):
 
 
 @OWN_QUEUE
-def test_a_clear_that_was_killed_blocks_nothing_for_ever(tmp_path):
-    s = Stage(tmp_path, "robot", 1)
+def test_a_clear_that_was_killed_blocks_nothing_for_ever(s):
 
     def kill(s):
         raise Killed
@@ -177,7 +176,6 @@ def test_a_clear_that_was_killed_blocks_nothing_for_ever(tmp_path):
     with pytest.raises(Killed):
         s.container.operator.clear_queue(1)
     play(s, off_for(), battery(90), 3900, true(lambda s: s.row().state in (COMPLETED, State.CANCELLED)))
-    s.switch_off()
 
 
 def test_a_start_of_a_cleared_queue_is_assigned_to_no_other_robot(group):

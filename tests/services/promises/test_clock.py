@@ -40,11 +40,6 @@ def days(*wanted):
     return true(lambda s: [row.planned_at.day for row in s.executions(COMPLETED)] == list(wanted))
 
 
-def counts(*wanted):
-    """How many starts each row stands for."""
-    return true(lambda s: [row.starts for row in s.executions()] == list(wanted))
-
-
 def in_a_fleet(robots):
     """Each robot has a daily start at 08:05, which is 7500 s from the beginning."""
     fleet = [set_up(poll_interval_seconds=60)]
@@ -233,8 +228,7 @@ test_jumped = cases_of(
 )
 
 
-def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(tmp_path, monkeypatch):
-    s = Stage(tmp_path, "robot", 1)
+def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(s, monkeypatch):
     play(s, plan(window=1), 60, clock(600), 2, states(State.MISSED))
 
     def full(*_given):
@@ -243,7 +237,6 @@ def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(tmp_path, mo
 
     monkeypatch.setattr(ScheduleRepository, "planned_beyond", full)
     play(s, clock(-600), 600, ends(DONE))
-    s.switch_off()
 
 
 @pytest.mark.parametrize(

@@ -86,9 +86,8 @@ test_extremes = cases_of(
 
 
 @pytest.mark.long
-def test_a_long_absence_is_written_in_short_transactions(tmp_path, monkeypatch):
+def test_a_long_absence_is_written_in_short_transactions(s, monkeypatch):
     """While many schedules find out what they missed in a year, others that want to write wait for 50 ms at most."""
-    s = Stage(tmp_path, "robot", 1)
     play(s, set_up(history_limit=None, poll_interval_seconds=3600))
     play(
         s,
@@ -110,4 +109,3 @@ def test_a_long_absence_is_written_in_short_transactions(tmp_path, monkeypatch):
     s.run(60.0)
     assert sum(row.starts > 525_000 for row in s.executions()) == 60
     assert max(lasted) < LONGEST_TRANSACTION
-    s.switch_off()

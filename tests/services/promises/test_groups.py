@@ -182,14 +182,12 @@ test_assigned = cases_of(
 )
 
 
-def test_the_database_lets_no_start_change_from_one_robot_to_another(tmp_path):
-    s = Stage(tmp_path, "group", 3)
-    play(s, plan(), 310)
+def test_the_database_lets_no_start_change_from_one_robot_to_another(group):
+    play(group, plan(), 310)
     with pytest.raises(sqlite3.IntegrityError, match="by way of none"):
-        s.container.db.write(lambda c: c.execute("UPDATE executions SET robot_id = ?", (s.row().robot_id + 1,)))
+        group.container.db.write(lambda c: c.execute("UPDATE executions SET robot_id = ?", (group.row().robot_id + 1,)))
     with pytest.raises(sqlite3.IntegrityError, match="needs a robot"):
-        s.container.db.write(lambda c: c.execute("UPDATE executions SET robot_id = NULL"))
-    s.switch_off()
+        group.container.db.write(lambda c: c.execute("UPDATE executions SET robot_id = NULL"))
 
 
 # ---------------------------------------------------------------------- by hand

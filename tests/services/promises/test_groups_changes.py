@@ -92,17 +92,15 @@ test_assigned_and_not_begun = cases_of(
 
 @pytest.mark.parametrize("cleanly", [True, False])
 @OWN_NETWORK
-def test_an_assigned_start_is_for_all_again_after_a_restart(tmp_path, cleanly):
-    s = Stage(tmp_path, "group", 3)
+def test_an_assigned_start_is_for_all_again_after_a_restart(group, cleanly):
 
-    def crash(s):
-        s.network.down |= {s.noted[0].robot}
+    def crash(group):
+        group.network.down |= {group.noted[0].robot}
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        play(s, just_assigned(do(crash)), 310)
-    play(s, app_off(cleanly), app_on(), robots(""), 30, states(EXECUTING))
-    s.switch_off()
+        play(group, just_assigned(do(crash)), 310)
+    play(group, app_off(cleanly), app_on(), robots(""), 30, states(EXECUTING))
 
 
 # ---------------------------------------------------------------------- while it waits

@@ -253,16 +253,14 @@ test_failing = cases_of(
 )
 
 
-def test_the_failed_start_has_its_alarm_though_that_of_the_robot_cannot_be_written(tmp_path, monkeypatch):
-    s = Stage(tmp_path, "group", 3)
+def test_the_failed_start_has_its_alarm_though_that_of_the_robot_cannot_be_written(group, monkeypatch):
 
     def fail(*_values, **_details):
         raise DatabaseUnavailable("the disk is full")
 
-    monkeypatch.setattr(s.container.alarms, "raise_about_robot", fail)
-    play(s, r1_aborts(), ONLY_R1, often(TOO_MANY))
-    assert [alarm.count for alarm in s.container.alarms.open() if alarm.code == "execution_failed"] == [TOO_MANY]
-    s.switch_off()
+    monkeypatch.setattr(group.container.alarms, "raise_about_robot", fail)
+    play(group, r1_aborts(), ONLY_R1, often(TOO_MANY))
+    assert [alarm.count for alarm in group.container.alarms.open() if alarm.code == "execution_failed"] == [TOO_MANY]
 
 
 # ---------------------------------------------------------------------- the worker that a start is given to

@@ -277,16 +277,14 @@ test_followed = cases_of(
 )
 
 
-def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(tmp_path):
+def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(s):
     """``Abort`` has no message yet: judged then, a cancellation would look like a failure."""
-    s = Stage(tmp_path, "robot", 1)
     play(s, plan(), until(lambda s: s.executions(EXECUTING)), CANCEL_THERE)
     assert str(s.items()[0].state) == "Abort"
     worker = s.container.make_worker(s.robot("R1"))
     worker.handle(messages.Poll())
     worker.advance()
     play(s, states(EXECUTING), 60, ends(CANCELLED))
-    s.switch_off()
 
 
 # ---------------------------------------------------------------------- switched off or on, and that undone

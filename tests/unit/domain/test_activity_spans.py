@@ -45,13 +45,6 @@ def recorder() -> SpanRecorder:
     return SpanRecorder()
 
 
-def test_a_span_is_lengthened_while_the_same_is_seen(recorder):
-    looks(recorder, (0, "idle"), (30, "idle"), (60, "idle"))
-    assert recorder.take() == [span("idle", 0, 1)]
-    looks(recorder, (90, "idle"))
-    assert recorder.take() == [span("idle", 0, 1.5)]
-
-
 def test_something_else_begins_where_the_last_look_was(recorder):
     looks(recorder, (0, "idle"), (60, "idle"))
     recorder.take()
@@ -59,12 +52,6 @@ def test_something_else_begins_where_the_last_look_was(recorder):
     looks(recorder, (90, "executing"), (120, "executing"))
     assert recorder.has_changed
     assert recorder.take() == [span("idle", 0, 1), span("executing", 1, 2)]
-
-
-def test_a_long_gap_leaves_a_hole(recorder):
-    looks(recorder, (0, "idle"), (60, "idle"), (60 + GAP + 1, "idle"), (60 + GAP + 61, "idle"))
-    hole = (GAP + 1) / 60
-    assert recorder.take() == [span("idle", 0, 1), span("idle", 1 + hole, 2 + hole)]
 
 
 @pytest.mark.parametrize("step", [-3600, 3600])

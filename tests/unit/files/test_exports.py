@@ -187,7 +187,7 @@ def test_without_a_directory_for_documents_the_place_is_the_tablet(files, tmp_pa
 
 def test_files_of_a_place_are_listed_newest_first(tmp_path):
     for name, at in (
-        ("old.json", 1_000),
+        ("OLD.JSON", 1_000),
         ("plans/new.json", 2_000),
         ("other.txt", 3_000),
         (".hidden.json", 4_000),
@@ -200,7 +200,7 @@ def test_files_of_a_place_are_listed_newest_first(tmp_path):
     found = places.found_in(tmp_path, ".json")
     assert [(file.path.relative_to(tmp_path), file.changed_at.timestamp(), file.size) for file in found] == [
         (Path("plans/new.json"), 2_000, 2),
-        (Path("old.json"), 1_000, 2),
+        (Path("OLD.JSON"), 1_000, 2),
     ]
     assert places.found_in(tmp_path / "gone", ".json") == []
 

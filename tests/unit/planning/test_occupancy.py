@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from app.domain.conflicts import ConflictCode
 from app.services.planning.conflicts import Resource, crowded_hours
-from app.services.planning.occupancy import Occupancy, Overload, Span, merged
+from app.services.planning.occupancy import Occupancy, Span, merged
 from tests.support.examples import examples
 
 NOW = datetime(2026, 11, 23, 7, 30, tzinfo=UTC)
@@ -21,12 +21,6 @@ def at(minutes):
 
 def span(begins, ends):
     return Span(at(begins), at(ends))
-
-
-def test_four_starts_want_three_robots_until_one_of_them_has_ended():
-    occupancy = Occupancy([span(0, 11), span(0, 12), span(-5, 14), span(0, 20), span(30, 40)])
-    assert list(occupancy.overloads(3)) == [Overload(at(0), 4, at(11))]
-    assert list(occupancy.overloads(4)) == []
 
 
 def test_an_hour_is_crowded_by_the_runs_that_begin_in_it():

@@ -18,7 +18,6 @@ from tests.support.errors import refuses
 
 MONDAY, SATURDAY = date(2026, 7, 6), date(2026, 7, 11)
 SUMMER = DayException("Summer break", MONDAY, date(2026, 7, 19), id=1)
-INVENTORY = DayException("Inventory", SATURDAY, SATURDAY, is_working=True, id=2)
 FINLAND = Settings(holiday_country="FI")
 
 
@@ -27,18 +26,6 @@ def test_without_exceptions_the_days_of_the_week_decide():
     assert not calendar.has_exceptions
     assert calendar.day_status(MONDAY) == DayStatus(True)
     assert calendar.day_status(SATURDAY) == DayStatus(False)
-
-
-@pytest.mark.parametrize("order", [(SUMMER, INVENTORY), (INVENTORY, SUMMER)])
-def test_the_shorter_of_two_exceptions_holds(order):
-    calendar = WorkingCalendar(Settings(), order)
-    assert calendar.day_status(SATURDAY) == DayStatus(True, "Inventory", Ground.OWN, 2)
-    assert not calendar.is_working_day(SATURDAY + timedelta(days=1))
-
-
-def test_the_newer_of_two_equally_long_exceptions_holds():
-    later = DayException("No inventory", SATURDAY, SATURDAY, id=3)
-    assert WorkingCalendar(Settings(), [later, INVENTORY]).day_status(SATURDAY).name == "No inventory"
 
 
 def test_public_holidays_close_and_an_own_working_day_beats_them():
