@@ -15,7 +15,7 @@ from zoneinfo import ZoneInfo
 
 from app.database.backups import back_up
 from app.database.errors import DatabaseError
-from app.domain.models import DayException, InvalidInput, Overlap, Schedule
+from app.domain.models import WEEKDAYS, DayException, InvalidInput, Overlap, Schedule
 from app.mir.errors import RobotError
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.moving import Moved
@@ -63,6 +63,20 @@ class Person:
         note(wishes)
         wishes.follow()
         return result
+
+    def _decide_later(
+        self, after: float, act: Callable[[], Any], note: Callable[[Wishes], Any], is_due: Callable[[], bool]
+    ) -> None:
+        """Where the app runs then and it is still due; again and again while the app refuses it."""
+
+        def decide() -> None:
+            if self.world.is_on and is_due():
+                try:
+                    self._decide(act, note)
+                except (InvalidInput, DatabaseError):
+                    self.world.site.at(60.0, decide)
+
+        self.world.site.at(after, decide)
 
     def _robot(self) -> str:
         return self.rng.choice(list(self.diary.names.values()))
@@ -304,22 +318,12 @@ class Person:
 
         self._decide(lambda: switch_robot(self._app.catalogue, self._id(robot), not is_on), note)
         if is_on:
-            self.world.site.at(self.rng.choice((0.5, 30.0, 400.0)), lambda: self._switch_on(robot))
-
-    def _switch_on(self, robot: str) -> None:
-        if (
-            not self.world.is_on
-            or robot not in self.diary.now.off
-            or self._app.catalogue.robot(self._id(robot)) is None
-        ):
-            return
-        try:
-            self._decide(
+            self._decide_later(
+                self.rng.choice((0.5, 30.0, 400.0)),
                 lambda: switch_robot(self._app.catalogue, self._id(robot), True),
                 lambda wishes: wishes.off.discard(robot),
+                lambda: robot in self.diary.now.off and self._app.catalogue.robot(self._id(robot)) is not None,
             )
-        except (InvalidInput, DatabaseError):
-            self.world.site.at(60.0, lambda: self._switch_on(robot))
 
     def pause(self) -> None:
         plan, until = self._plan(), self._wall + timedelta(seconds=self.rng.choice((30, 400, 3000)))
@@ -447,17 +451,12 @@ class Person:
             if not self._app.operator.hold_starts([row.id]):
                 raise LookupError
         self.diary.decide(self.world.site.seconds()).held_starts.add(row.token)
-        self.world.site.at(self.rng.choice((0.5, 20.0, 200.0, 1200.0)), lambda: self._let_go(row.id, row.token))
-
-    def _let_go(self, row_id: int, token: str) -> None:
-        if self.world.is_on and token in self.diary.now.held_starts:
-            try:
-                self._decide(
-                    lambda: self._app.operator.hold_starts([row_id], False),
-                    lambda wishes: wishes.held_starts.discard(token),
-                )
-            except DatabaseError:
-                self.world.site.at(60.0, lambda: self._let_go(row_id, token))
+        self._decide_later(
+            self.rng.choice((0.5, 20.0, 200.0, 1200.0)),
+            lambda: self._app.operator.hold_starts([row.id], False),
+            lambda wishes: wishes.held_starts.discard(row.token),
+            lambda: row.token in self.diary.now.held_starts,
+        )
 
     def clear(self) -> None:
         robot_id = self._id(self._robot())
@@ -485,26 +484,17 @@ class Person:
         )
 
     def working_days(self) -> None:
-        days = self.rng.choice(
-            (("MO", "TU", "WE", "TH", "FR"), ("MO", "TU", "WE", "TH", "FR", "SA", "SU"), ("SA", "SU", "MO"))
-        )
-        self._decide(
+        days = self.rng.choice((WEEKDAYS[:5], WEEKDAYS, ("SA", "SU", "MO")))
+        self._decide(*self._works_on(days))
+        if days != WEEKDAYS:
+            self._decide_later(600.0, *self._works_on(WEEKDAYS), lambda: self.diary.now.working_days != WEEKDAYS)
+
+    def _works_on(self, days: tuple[str, ...]) -> tuple[Callable[[], Any], Callable[[Wishes], Any]]:
+        """The act and its note."""
+        return (
             lambda: self._app.catalogue.change_settings(working_days=days),
             lambda wishes: setattr(wishes, "working_days", days),
         )
-        if len(days) < 7:
-            self.world.site.at(600.0, self._work_every_day)
-
-    def _work_every_day(self) -> None:
-        days = ("MO", "TU", "WE", "TH", "FR", "SA", "SU")
-        if self.world.is_on and self.diary.now.working_days != days:
-            try:
-                self._decide(
-                    lambda: self._app.catalogue.change_settings(working_days=days),
-                    lambda wishes: setattr(wishes, "working_days", days),
-                )
-            except DatabaseError:
-                self.world.site.at(60.0, self._work_every_day)
 
     def day_off(self) -> None:
         today = self._wall.astimezone(ZoneInfo(self.world.nature.zone)).date()

@@ -22,22 +22,18 @@ def credentials(user: str = "distributor", password: str = "distributor") -> str
 HEADERS = {"Authorization": credentials(), "Content-Type": "application/json"}
 
 
-class Asker:
-    """A robot and a client of it. ``pass_time`` advances the robot's time."""
+class Client:
+    """Of a machine. ``pass_time`` advances the machine's time."""
 
-    def __init__(self, **options: Any) -> None:
-        self.machine: Machine = SimulatedRobot("Aino", **{"seed": 1, "battery": 80.0, **options})
-
-    @property
-    def robot(self) -> SimulatedRobot:
-        return self.machine
+    machine: Machine
+    base, headers = "/api/v2.0.0", HEADERS
 
     def pass_time(self, seconds: float) -> None:
         self.machine.advance_to(self.machine.now + seconds)
 
     def request(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Request:
         content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
-        return Request.of(method, f"/api/v2.0.0{path}", HEADERS if headers is None else headers, content)
+        return Request.of(method, f"{self.base}{path}", self.headers if headers is None else headers, content)
 
     def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
         return mir_sim.handle(self.machine, self.request(method, path, body, headers))
@@ -49,6 +45,17 @@ class Asker:
         response = self.send("GET", path)
         assert response.status == 200, response.body
         return response.json()
+
+
+class Asker(Client):
+    """A robot and a client of it."""
+
+    def __init__(self, **options: Any) -> None:
+        self.machine = SimulatedRobot("Aino", **{"seed": 1, "battery": 80.0, **options})
+
+    @property
+    def robot(self) -> SimulatedRobot:
+        return self.machine
 
     def put_status(self, **fields: Any) -> Any:
         response = self.send("PUT", "/status", fields)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import uuid
 from typing import Any
 
-import mir_sim
-from mir_sim import Exchange, Request, Response, SimulatedRobot
+from mir_sim import Exchange, Response, SimulatedRobot
 from mir_sim.fleets.enterprise import EnterpriseFleet
 from mir_sim.fleets.knobs import EnterpriseKnobs
-from tests.unit.sim.asking import GUIDS
+from tests.unit.sim.asking import GUIDS, Client
 
 KEY = {"x-api-key": "mir_scheduler", "Content-Type": "application/json", "Accept": "application/json"}
 
@@ -20,29 +18,15 @@ def uuid_of(name: str) -> str:
     return str(uuid.uuid5(uuid.NAMESPACE_URL, name))
 
 
-class EnterpriseAsker:
+class EnterpriseAsker(Client):
     """A fleet of two robots, Aino and Veikko, and a client of it. Paths are those below /api/v1."""
+
+    base, headers = "/api/v1", KEY
 
     def __init__(self, **knobs: Any) -> None:
         robots = [SimulatedRobot(name, battery=80.0) for name in ("Aino", "Veikko")]
-        self.fleet = EnterpriseFleet("Hall", robots, knobs=EnterpriseKnobs(**knobs))
+        self.fleet = self.machine = EnterpriseFleet("Hall", robots, knobs=EnterpriseKnobs(**knobs))
         self.aino, self.veikko = self.fleet.vehicles
-
-    def pass_time(self, seconds: float) -> None:
-        self.fleet.advance_to(self.fleet.now + seconds)
-
-    def request(self, method: str, path: str, body: Any, headers: dict[str, str] | None = None) -> Request:
-        content = b"" if body is None else body if isinstance(body, bytes) else json.dumps(body).encode()
-        target = path if path == "/healthz" else f"/api/v1{path}"
-        return Request.of(method, target, KEY if headers is None else headers, content)
-
-    def send(self, method: str, path: str, body: Any = None, headers: dict[str, str] | None = None) -> Response:
-        return mir_sim.handle(self.fleet, self.request(method, path, body, headers))
-
-    def get(self, path: str) -> Any:
-        response = self.send("GET", path)
-        assert response.status == 200, response.body
-        return response.json()
 
     def post(self, name: str = "one", *missions: str, phase: dict[str, Any] | None = None, **fields: Any) -> Response:
         """Order missions, each a phase, as the order that is called so. ``phase`` are further fields of each phase."""
@@ -57,7 +41,7 @@ class EnterpriseAsker:
         """Order Home as "one", through the faults of the network."""
         phase = {"mission-id": GUIDS["Home"], "order-id": uuid_of("one 0")}
         body = {"serial-order": {"id": uuid_of("one"), "phases": [phase]}}
-        return mir_sim.exchange(self.fleet, self.request("POST", "/serial-order", body))
+        return self.exchange("POST", "/serial-order", body)
 
     def order(self, name: str = "one", number: int = 0) -> Any:
         """A phase of the order that is called so."""

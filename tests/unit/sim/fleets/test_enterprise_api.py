@@ -6,6 +6,8 @@ from typing import Any
 
 import pytest
 
+import mir_sim
+from mir_sim import Request
 from mir_sim.control import apply
 from tests.unit.sim.asking import GUIDS
 from tests.unit.sim.fleets.enterprise_asking import KEY, EnterpriseAsker, uuid_of
@@ -15,7 +17,7 @@ from tests.unit.sim.fleets.enterprise_asking import KEY, EnterpriseAsker, uuid_o
 def test_without_its_key_a_client_learns_only_whether_the_fleet_is_well(
     client: EnterpriseAsker, headers: dict[str, str]
 ) -> None:
-    assert client.send("GET", "/healthz", headers=headers).body == b"Healthy"
+    assert mir_sim.handle(client.fleet, Request.of("GET", "/healthz", headers, b"")).body == b"Healthy"
     refused = client.send("GET", "/system/version", headers=headers)
     assert (refused.status, refused.headers["Content-Type"]) == (401, "application/problem+json")
 
