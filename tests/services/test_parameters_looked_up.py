@@ -22,7 +22,7 @@ START = "2026-11-23T06:05"
 DAY = 86_400
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def robot(site):
     site.container.catalogue.change_settings(poll_interval_seconds=1800)  # a day soon passes
     site.run(10)
