@@ -16,7 +16,6 @@ from tests.support.seen import tokens
 DUE = 300.0  # s from the beginning: 06:05
 INSTANT = datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
 EARLIER = 0.05  # s before the instant, within INTENT_LEAD
-DAY = 86400.0
 
 
 def only_worker(site):

@@ -27,6 +27,14 @@ def site(tmp_path):
 
 
 @pytest.fixture
+def elsewhere(tmp_path):
+    """Another app, which has nothing yet."""
+    other = Site(tmp_path / "two", robots=0)
+    yield other.container
+    other.switch_off()
+
+
+@pytest.fixture
 def catalogue(site):
     return site.container.catalogue
 
@@ -91,17 +99,15 @@ def test_a_deleted_group_takes_its_schedules_along_and_undo_brings_them_back(sit
 
 
 # ---------------------------------------------------------------------- files
-def test_what_is_exported_is_the_same_when_it_is_read_in_elsewhere(site, catalogue, tmp_path):
+def test_what_is_exported_is_the_same_when_it_is_read_in_elsewhere(site, catalogue, elsewhere):
     group = hall(catalogue, hand_over=HandOver.AT_ONCE, keep_free=1)
     catalogue.save_schedule(of_group(group, finish_by_minutes=45, overlap=Overlap.PARALLEL))
     catalogue.save_place(Place("Dock 2", 3, (1,)))
     catalogue.edit(lambda edit: edit.robots.update(edit.c, replace(edit.the(Robot, 5), hand_over=HandOver.WHEN_FREE)))
     text = export_configuration(site.container.db.read())
-    other = Site(tmp_path / "two", robots=0)
-    import_configuration(other.container.catalogue, text.encode())
-    again = export_configuration(other.container.db.read())
-    assert import_configuration(other.container.catalogue, text.encode()) == []
-    other.switch_off()
+    import_configuration(elsewhere.catalogue, text.encode())
+    again = export_configuration(elsewhere.db.read())
+    assert import_configuration(elsewhere.catalogue, text.encode()) == []
     assert _all_switched_on(again) == _all_switched_on(text)
 
 
@@ -163,14 +169,12 @@ def test_a_group_that_comes_back_smaller_keeps_none_free(site, catalogue, goes):
     assert import_configuration(catalogue, export_configuration(site.container.db.read()).encode()) == []
 
 
-def test_a_group_whose_last_robot_was_removed_can_be_written_and_read(site, catalogue, tmp_path):
+def test_a_group_whose_last_robot_was_removed_can_be_written_and_read(site, catalogue, elsewhere):
     catalogue.save_group(Group("Yard", (5,)))
     catalogue.remove_robot(5)
     text = export_configuration(site.container.db.read())
-    other = Site(tmp_path / "two", robots=0)
-    import_configuration(other.container.catalogue, text.encode())
-    assert other.container.catalogue.groups()[0].members == ()
-    other.switch_off()
+    import_configuration(elsewhere.catalogue, text.encode())
+    assert elsewhere.catalogue.groups()[0].members == ()
 
 
 def test_a_file_takes_a_finish_by_away(site, catalogue):

@@ -7,7 +7,6 @@ from app.services.dispatch.timing import INTENT_LEAD
 from tests.support.seen import tokens
 
 DUE = 300.0  # s from the beginning: 06:05
-QUIET = 90.0  # s until a submission of unknown outcome is sent again
 
 
 def insert_due(site) -> list[State]:

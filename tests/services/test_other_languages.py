@@ -35,7 +35,6 @@ from tests.support.site import PASSWORD, USER, Site
 
 FINNISH = translation("fi").gettext
 PLACEHOLDER = re.compile(r"({[^}]*})")
-START = "2026-11-23T06:05"
 ROBOTS_WORDS = (
     "Left wheel",
     "Internal server error",

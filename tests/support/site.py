@@ -494,17 +494,15 @@ class Site:
 
     def make_read_only(self) -> Callable[[], None]:
         """From now on nothing can be written to the disk. Returns what mends it."""
-        writing: list[sqlite3.Connection] = []
-        self.container.db.write(writing.append)
-        writing[0].execute("PRAGMA query_only = ON")
-        return lambda: writing[0].execute("PRAGMA query_only = OFF").close()
+        writing: sqlite3.Connection = self.container.db.write(lambda c: c)
+        writing.execute("PRAGMA query_only = ON")
+        return lambda: writing.execute("PRAGMA query_only = OFF").close()
 
     def fill_disk(self) -> Callable[[], None]:
         """The database can't grow by another page. Returns what makes room again."""
-        writing: list[sqlite3.Connection] = []
-        self.container.db.write(writing.append)
-        writing[0].execute(f"PRAGMA max_page_count = {writing[0].execute('PRAGMA page_count').fetchone()[0]}")
-        return lambda: writing[0].execute("PRAGMA max_page_count = 1073741823").close()
+        writing: sqlite3.Connection = self.container.db.write(lambda c: c)
+        writing.execute(f"PRAGMA max_page_count = {writing.execute('PRAGMA page_count').fetchone()[0]}")
+        return lambda: writing.execute("PRAGMA max_page_count = 1073741823").close()
 
     def another_tablet(self, directory: Path, tablet: str = "another one") -> Site:
         """A second tablet on the same network, with its own data directory. One clock serves both; each lives while it is ``run``."""

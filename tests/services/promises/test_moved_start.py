@@ -6,8 +6,6 @@ from app.domain.execution import ReasonCode
 from tests.services.story import *
 
 DAILY = plan(at="06:05", rule="FREQ=DAILY")
-PLACES = each("group", "robot")
-EARLIER, LATER = each(move("06:05", "06:02")), each(move("06:05", "06:10"))
 MOVED_OVER = each([move("06:05", "06:10")], [move("06:05", "06:20"), move("06:20", "06:10")])
 PASSED = "the time of this start has passed"
 

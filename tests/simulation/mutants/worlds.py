@@ -40,18 +40,6 @@ PEOPLE = replace(
     ),
     fault_rate=Profile.fault_rate,
 )
-BUSY = replace(
-    world(
-        "change_mission switch_schedule delete pause skip hold run_now plan_once",
-        "lost_request outage",
-        (60, 20),
-        quiet_s=90,
-        robots=2,
-        poll_interval=30,
-        every_minutes=3,
-    ),
-    longest_outage=300.0,
-)
 EDITED_IN_DOUBT = world("change_mission", "lost_request", (120, 40), quiet_s=90, every_minutes=3)
 HELD_STARTS = world("hold_start", "outage", (60, 20), quiet_s=90, every_minutes=3)
 LOST = world("run_now", "lost_request very_late_request", (15, 40), every_minutes=3)

@@ -229,12 +229,6 @@ def test_until_far_away_is_without_end(until):
     }
 
 
-@pytest.mark.parametrize("end", ["DTEND;VALUE=DATE:99991231", "DTEND:99991231T235959Z", "DURATION:P9000W"])
-def test_an_end_far_away_is_longer_than_a_year(end):
-    found = read(calendar(*event("DTSTART;VALUE=DATE:20270705", end)))
-    assert (whole(found), found.left_out) == ([], {LeftOut.OUT_OF_RANGE: 1})
-
-
 def test_a_further_date_far_away_is_passed_over():
     further = ("RDATE;VALUE=DATE:20270805,99991231", "EXDATE:00010101T000000")
     assert days_of("DTSTART;VALUE=DATE:20270705", *further) == ["2027-07-05", "2027-08-05"]

@@ -171,14 +171,6 @@ def test_only_what_is_filtered(db):
     assert "Bella" in file.getvalue()
 
 
-def test_it_reads_while_the_app_runs(db, tmp_path):
-    add(db)
-    reader = Database.open_for_reading(db.path)
-    file = io.StringIO(newline="")
-    assert write_history(reader.read(), file) == 1
-    reader.close()
-
-
 TEXT = st.text(st.characters(exclude_categories=("Cs",), exclude_characters="\x00"), max_size=30)
 
 
