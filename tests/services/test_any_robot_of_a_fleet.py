@@ -1,4 +1,4 @@
-"""A start for any robot of a fleet says which robot the fleet chose for it."""
+"""A start for any robot of a fleet says which robot the fleet chose for it; and what is said when a fleet is silent or has lost it."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ import pytest
 
 from app.database.fleets import FleetRepository
 from app.database.robots import Accepted, RobotRepository
+from app.domain.activity import NO_DATA
 from app.domain.capabilities import OF_A_ROBOT
 from app.domain.check_up import RobotProfile
 from app.domain.execution import Reason, ReasonCode, State, Wait
-from app.domain.models import ANY_VEHICLE, Fleet, Group, Robot
+from app.domain.models import ANY_VEHICLE, Connection, Fleet, Group, Robot
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.robot import RobotStatus
 from app.mir.classic_vehicle import OF_A_VEHICLE, ClassicVehicle
@@ -37,8 +38,8 @@ def site(tmp_path):
     site.switch_off()
 
 
-def add(site, vehicle):
-    return site.container.catalogue.save_robot(Robot("Any of Hall", "", fleet=site.hall, vehicle=vehicle))
+def add(site, vehicle, name="Any of Hall"):
+    return site.container.catalogue.save_robot(Robot(name, "", fleet=site.hall, vehicle=vehicle))
 
 
 def forget_identity(site):
@@ -231,3 +232,57 @@ def test_a_fleet_without_users_that_is_not_known_yet_is_only_said_to_need_a_chec
     site.run(10)
     assert waiting_sentence(site.the_row(), "UTC").startswith("The fleet Fleet has to be checked up first, waits")
     site.switch_off()
+
+
+# ---------------------------------------------------------------------- silent, or without the order
+def test_a_silent_fleet_differs_from_a_robot_that_it_has_lost(site):
+    named = add(site, site._vehicle_ids["R1"], "R1")
+    either = add(site, ANY_VEHICLE, "Hall")
+    site.run(10)
+    site.fleet.cut_off({"R1"})
+    site.run(120)
+    snapshots = site.container.snapshots
+    assert (snapshots.get(named.id).connection, snapshots.get(named.id).fleet_failed) == (Connection.UNREACHABLE, False)
+    assert snapshots.get(either.id).connection is Connection.CONNECTED
+    site.fleet.restart(300)
+    site.run(120)
+    assert [snapshots.get(robot.id).fleet_failed for robot in (either, named)] == [True, True]
+    assert [alarm.details.get("fleet") for alarm in site.container.alarms.open()] == [site.hall.name, None]
+
+
+def test_an_order_that_its_fleet_has_lost_is_said_in_words_of_fleets(site):
+    robot = add(site, ANY_VEHICLE, "Hall")
+    site.run(10)
+    site.stranger_queues()
+    site.run(5)
+    site.container.operator.run_now(robot.id, 1)
+    site.run_until(lambda: site.states() == [State.QUEUED])
+    site.fleet.restart(5, forgets_waiting=True)
+    site.run_until(lambda: not site.executions()[0].state.is_open)
+    assert sentence(site.executions()[0].reason, "UTC") == "The fleet no longer has this order"
+
+
+def test_the_robot_that_took_an_order_has_its_name_of_the_plan(site):
+    either = add(site, ANY_VEHICLE, "Hall")
+    for name, number in site._vehicle_ids.items():
+        add(site, number, f"{name} of Hall")  # its name at the fleet is another robot's here
+    site.run(10)
+    site.container.operator.run_now(either.id, 1)
+    site.run_until(lambda: site.states() == [State.COMPLETED])
+    assert site.executions()[0].taken_by.endswith(" of Hall")
+
+
+def test_only_robots_have_times_in_use(site):
+    either, named = add(site, ANY_VEHICLE, "Hall"), add(site, site._vehicle_ids["R1"], "R1")
+    began = site.clock.now()
+    site.run(300)
+    found = site.container.robot_states.timelines(began, site.clock.now(), [either.id, named.id])
+    known = {one.robot_id: any(span.activity != NO_DATA for span in one.spans) for one in found}
+    assert known == {named.id: True}
+
+
+def test_only_missions_that_people_made_are_fetched(site):
+    found = site.container.operator.fetch_missions(add(site, ANY_VEHICLE, "Hall").id)
+    names = [mission.name for mission in found]
+    assert "Deliver" in names
+    assert not {"ChargeAtStation", "GoToPositionPrototype", "Move"} & set(names)

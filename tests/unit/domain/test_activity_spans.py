@@ -1,4 +1,4 @@
-"""Spans of what a robot did: recorded look by look, stored within bounds, read without gaps; against plain recounts."""
+"""Spans of what a robot did: recorded look by look, stored and read without gaps; against plain recounts."""
 
 from __future__ import annotations
 
@@ -16,13 +16,6 @@ from tests.support.examples import examples
 from tests.support.kpi_world import NOON, World
 
 GAP = 90.0
-
-
-@pytest.fixture
-def world(tmp_path):
-    world = World(tmp_path)
-    yield world
-    world.db.close()
 
 
 def at(minutes: float) -> datetime:
@@ -131,12 +124,3 @@ def test_a_period_is_read_back_unchanged(tmp_path_factory, stored):
     ]
     assert list(bella.spans) == without_gaps(expected, at(0), at(60))
     assert (aino.robot, dict(aino.seconds)) == ("Aino", {"error": 3600})
-
-
-def test_a_lengthened_span_takes_the_place_of_the_shorter_one(world):
-    for end in (1, 2, 3):
-        world.db.write(lambda c, end=end: ActivityRepository().save(c, 1, [("idle", at(0), at(end))]))
-    [_, bella] = RobotStates(world.db).timelines(at(0), at(4))
-    assert list(bella.spans) == [span("idle", 0, 3), span(NO_DATA, 3, 4)]
-    assert bella.at(at(1)) == span("idle", 0, 3)
-    assert bella.at(at(9)) is None

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from app.database import activities
 from app.database.activities import ActivityRepository
 from app.database.schema import _ACTIVITY_DAYS
-from app.domain.activity import ACTIVITIES, ActivitySpan, seen_seconds
+from app.domain.activity import ACTIVITIES, NO_DATA, ActivitySpan, seen_seconds
 from app.domain.clock import midnight
 from app.domain.execution import State
 from app.services.history.kpis import KpiFilter, Kpis
@@ -52,6 +52,17 @@ def prune(world: World, now: datetime, robot_id: int = 1) -> None:
 
 def seconds(world: World, end: datetime = NOON, robot_id: int = 1) -> dict[date, dict[str, float]]:
     return REPOSITORY.seconds(world.db.read(), robot_id, midnight(TODAY - BACK * DAY, HELSINKI), end, HELSINKI)
+
+
+def test_a_lengthened_span_takes_the_place_of_the_shorter_one(world):
+    at = [NOON + timedelta(minutes=minutes) for minutes in range(5)]
+    for end in at[1:4]:
+        world.watch(1, ActivitySpan("idle", at[0], end))
+    [_, bella] = RobotStates(world.db).timelines(at[0], at[4])
+    whole = ActivitySpan("idle", at[0], at[3])
+    assert list(bella.spans) == [whole, ActivitySpan(NO_DATA, at[3], at[4])]
+    assert bella.at(at[1]) == whole
+    assert bella.at(NOON + DAY) is None
 
 
 def test_how_long_robots_ran_is_asked_of_all_at_once(world):
