@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mir_sim.state import RobotError
 from tests.support.examples import examples
+from tests.unit.sim.fleets.anything import happen, queued
 from tests.unit.sim.fleets.classic import FleetAsker
 
 ENDS = ("Done", "Aborted", "Invalid")
@@ -55,23 +54,10 @@ class Hall(FleetAsker):
             case "active":
                 self.send("PUT", f"/robots/{values[0]}", {"active": values[1]})
             case "robot":
-                self.robot_event(*values)
-
-    def robot_event(self, number: int, event: str) -> None:
-        robot = self.robots[number - 1]
-        match event:
-            case "reboot":
-                robot.reboot(30)
-            case "fail":
-                robot.raise_error(RobotError(10120, "Goal not reached"), lasting=False)
-            case _:
-                getattr(robot, event)()
+                happen(self.robots[values[0] - 1], values[1])
 
     def orders(self) -> dict[str, Any]:
         return {one["fleet_schedule_guid"]: one for one in self.get("/mission_scheduler?whitelist=all")}
-
-    def queued(self) -> Counter[str]:
-        return Counter(item.fleet_schedule_guid for robot in self.robots for item in robot.queue)
 
 
 @examples(200)
@@ -82,7 +68,7 @@ def test_an_order_runs_at_most_once_and_its_end_stays(steps: list[tuple[Any, ...
     robots: dict[str, int] = {}
     for step in steps:
         hall.do(*step)
-        assert max(hall.queued().values(), default=0) <= 1
+        assert max(queued(hall.fleet).values(), default=0) <= 1
         orders = hall.orders()
         assert {guid: orders[guid]["state"] for guid in ended} == ended
         ended |= {guid: one["state"] for guid, one in orders.items() if one["state"] in ENDS}
@@ -102,12 +88,11 @@ def everything_ends(hall: Hall) -> None:
     hall.do("cut off", [])
     for number in (1, 2):
         hall.do("active", number, True)
-        for event in ("clear_errors", "resume"):
-            hall.robot_event(number, event)
-    hall.pass_time(60)
-    for number in (1, 2):
-        for event in ("clear_errors", "resume"):  # also of a robot that was offline
-            hall.robot_event(number, event)
+    for _ in range(2):  # also of a robot that was offline
+        for robot in hall.robots:
+            happen(robot, "clear_errors")
+            happen(robot, "resume")
+        hall.pass_time(60)
     hall.pass_time(3600)
     orders = hall.orders()
     charging = [one for one in orders.values() if one["mission_name"] == "Return to charger"]

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mir_sim.checks import WrongValue
 from mir_sim.control import apply
 from mir_sim.mission_queue import ItemState
-from mir_sim.state import RobotError
 from tests.support.examples import examples
 from tests.unit.sim.asking import GUIDS
+from tests.unit.sim.fleets.anything import happen, queued
 from tests.unit.sim.fleets.enterprise_asking import EnterpriseAsker, uuid_of
 
 NAMES = ("a", "b", "c")
@@ -29,7 +27,9 @@ STEPS = st.one_of(
     ),
     st.tuples(st.just("fleet"), st.sampled_from([True, False])),
     st.tuples(
-        st.just("robot"), st.sampled_from([0, 1]), st.sampled_from(["pause", "resume", "reboot", "fail", "clear"])
+        st.just("robot"),
+        st.sampled_from([0, 1]),
+        st.sampled_from(["pause", "resume", "reboot", "fail", "clear_errors"]),
     ),
 )
 
@@ -53,24 +53,9 @@ class Hall(EnterpriseAsker):
             case ("fleet", bool(forgets)):
                 self.fleet.restart(10, forgets_waiting=forgets)
             case ("robot", int(number), str(event)):
-                self.robot_event(number, event)
+                happen(self.fleet.vehicles[number].robot, event)
             case other:
                 raise WrongValue(f"{other}")
-
-    def robot_event(self, number: int, event: str) -> None:
-        robot = self.fleet.vehicles[number].robot
-        match event:
-            case "reboot":
-                robot.reboot(30)
-            case "fail":
-                robot.raise_error(RobotError(10120, "Goal not reached"), lasting=False)
-            case "clear":
-                robot.clear_errors()
-            case _:
-                getattr(robot, event)()
-
-    def queued(self) -> Counter[str]:
-        return Counter(item.fleet_schedule_guid for one in self.fleet.vehicles for item in one.robot.queue)
 
 
 @examples(200)
@@ -80,14 +65,14 @@ def test_an_order_runs_once_and_its_end_stays(steps: list[tuple[str, ...]]) -> N
     ended: dict[str, str] = {}
     for step in steps:
         hall.do(*step)
-        assert max(hall.queued().values(), default=0) <= 1
+        assert max(queued(hall.fleet).values(), default=0) <= 1
         orders = {one["order-id"]: one["order-status"] for one in hall.fleet.snapshot()["orders"]}
         assert {order_id: orders[order_id] for order_id in ended} == ended
         ended |= {order_id: status for order_id, status in orders.items() if status in ENDS}
         assert [one for one in hall.fleet.active if one.ended is not None] == []
-    for number in (0, 1):
-        for event in ("clear", "resume"):
-            hall.robot_event(number, event)
+    for vehicle in hall.fleet.vehicles:
+        for event in ("clear_errors", "resume"):
+            happen(vehicle.robot, event)
     hall.pass_time(3600)
     shown = {one["order-id"]: one["order-status"] for one in hall.fleet.snapshot()["orders"]}
     assert set(shown.values()) <= set(ENDS)
