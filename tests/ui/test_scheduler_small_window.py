@@ -14,7 +14,7 @@ from app.screens.scheduler.draft import Kind
 from app.widgets.buttons import MenuChip
 from app.widgets.chart import glyphs
 from app.widgets.text import Txt
-from tests.screenshots.planning import Stand
+from tests.screenshots.planning import Stand, fifty
 from tests.ui import checks, looks
 from tests.ui.planner import KITS
 from tests.ui.window_sizes import window
@@ -60,6 +60,16 @@ def test_the_order_of_the_schedules_is_written_out_where_there_is_room(ui):
         stand.settle()
         chip = ui.find(MenuChip, text="Seuraavan aloituksen mukaan")
         assert glyphs(chip.text, sp(16), "RobotoMedium").width <= ui.find(Txt, chip).width
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("width", "found"), [(800, ["Kaikki robotit"]), (600, [])])
+def test_the_robots_of_a_tall_plan_are_chosen_above_it_where_there_is_room(ui, width, found):
+    with window(ui, (width, 1280), 1.3, "fi") as rig:
+        stand = Stand(rig, "scheduler", prepare=fifty)
+        stand.settle()
+        assert [chip.text for chip in ui.find_all(MenuChip) if chip.text != "8 h"] == found
+        assert looks.targets(stand.screen) == []
 
 
 @pytest.mark.long
