@@ -42,6 +42,7 @@ def open_window(size: Size) -> None:
 
     Config.set("graphics", "width", str(size.width))
     Config.set("graphics", "height", str(size.height))
+    Config.set("graphics", "multisamples", "0")  # as in the app
     for name, _value in Config.items("input"):
         Config.remove_option("input", name)
     from kivy.core.window import Window
