@@ -360,11 +360,11 @@ class KeyFocus:
     def _go_in(self) -> None:
         """Move the ring into the sheet or menu that is open, past its head, but into no question; else to the widget
         that receives it (``receives_ring``) on the page that has replaced the one with the ring. It returns from there."""
-        targets, opened = self.targets(), self._opened()
+        reached, opened = self._reached(), self._opened()
         if opened is None:
-            inside = [target for target in targets if getattr(target, "receives_ring", False)]
+            inside = [target for target in reached if getattr(target, "receives_ring", False)]
         elif isinstance(opened, Menu) or opened.is_picker or not opened.is_question:
-            inside = [target for target in targets if opened in around(target)]
+            inside = [target for target in reached if opened in around(target)]
         else:
             return
         head = opened.ids.head.__self__ if isinstance(opened, Sheet) else None
@@ -372,9 +372,10 @@ class KeyFocus:
             rest.ignore_keys(SETTLES)  # a second Enter is not meant for what is in it
             if not self._openers:  # they know where it returns to
                 self._left.append(self.target)
-            self.target = next((target for target in inside if head not in around(target)), inside[0])
+            past = [target for target in inside if head not in around(target)]
+            self.target = min(past or inside, key=lambda target: target.disabled)  # the first one, off if all are
             if opened is dock.question is not None:
-                self._go_to_chosen(targets)
+                self._go_to_chosen(self.targets())
 
     def _go(self, target) -> None:
         if dock.field is not None:

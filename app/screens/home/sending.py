@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from kivy.properties import BooleanProperty, ListProperty, NumericProperty, ObjectProperty, StringProperty
@@ -11,6 +12,7 @@ from kivy.properties import BooleanProperty, ListProperty, NumericProperty, Obje
 from app.domain.execution import DurationEstimate
 from app.domain.models import Mission, Robot
 from app.domain.robot import MissionParameter
+from app.i18n import _
 from app.screens.common.missing_mission import FETCH, or_fetch
 from app.screens.common.parameters_view import Problems, changed, fields_of, values_of
 from app.screens.common.presses import OfRobot
@@ -172,7 +174,9 @@ class Sending:
         if not any(group.id == sheet.group_id and robot.id in group.members for group in groups):
             sheet.group_id = None  # the group was deleted
         now = self._services.clock.now()
-        sheet.view = send_view(facts, robot, self._home.view.card, sheet.mission, sheet.group_id, self.usual, now)
+        view = send_view(facts, robot, self._home.view.card, sheet.mission, sheet.group_id, self.usual, now)
+        asking = _("Asking {robot} …").format(robot=robot.name) if sheet.busy else ""
+        sheet.view = replace(view, off=view.off or asking)
 
     # ------------------------------------------------------------------ what the operator presses
     def choose(self, key: object) -> None:
@@ -187,7 +191,7 @@ class Sending:
 
     def run(self, sheet: SendSheet, entered: Mapping[str, Any]) -> None:
         """Send it with these values of its fields."""
-        if sheet.view.off or sheet.busy:
+        if sheet.view.off:
             return
         try:
             values = values_of(sheet.parameters, entered, of_group=sheet.group_id is not None)

@@ -51,9 +51,10 @@ def group(home) -> Group:
 def test_nothing_is_sent_until_it_is_known_what_is_asked_for(home, ui):
     open_before_it_is_known_what_is_asked_for(home, ui, "Charge to 80 %", 2.5)
     ui.advance(0.7)
+    assert "Asking Aino …" in ui.texts(ui.find(SendSheet))
     press(ui, "Run on Aino")
     assert not home.site.container.history.open()
-    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino", busy=False))
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino", busy=False, disabled=False))
     press(ui, "Run on Aino")
     ui.wait(lambda: len(home.site.container.history.open()) == 1)
 
@@ -83,8 +84,8 @@ def test_a_sheet_closes_with_the_page_of_its_robot(home, ui, act):
 def test_a_robot_that_stops_turns_the_button_of_the_sheet_off_and_says_why(home, ui):
     open_before_it_is_known_what_is_asked_for(home, ui, "Return to charger", 0.1)
     home.aino.control({"emergency_stop": True})
-    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino", disabled=True))
-    assert "Not while Aino is stopped" in ui.texts(ui.find(SendSheet))
+    ui.wait(lambda: "Not while Aino is stopped" in ui.texts(ui.find(SendSheet)))
+    assert ui.find(CommandButton, text="Run on Aino").disabled
 
 
 def test_what_was_entered_stays_when_the_robot_answers_otherwise(home, ui):
