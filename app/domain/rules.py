@@ -156,8 +156,12 @@ def may_try_again(tried: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def in_dispatch_order(executions: Iterable[Execution]) -> list[Execution]:
-    """Due together on one robot: higher priority first, then planned time, then name."""
-    return sorted(executions, key=lambda e: (-e.priority, e.planned_at, e.schedule or e.mission, e.id))
+    """Due together on one robot: higher priority first, then planned time, then name. An idle mission goes after all
+    that was planned."""
+    return sorted(
+        executions,
+        key=lambda e: (e.trigger is Trigger.IDLE, -e.priority, e.planned_at, e.schedule or e.mission, e.id),
+    )
 
 
 def quiet_seconds(settings: Settings, *robots: Robot) -> float:

@@ -49,7 +49,7 @@ class Attempt:
     wake_at: float
     row: Execution | None = None  # READY: the intent
     plan_version: int = 0  # READY: of the plan that the intent was written from
-    is_unanswered: bool = False  # BACKOFF: its robot did not answer; ends once it does
+    is_unanswered: bool = False  # BACKOFF: its robot could not be read; it is looked at once any read succeeds
     in_doubt_since: float = math.inf
     sent_since: Moment | None = None  # IN_DOUBT: the earliest that it may have been sent
     asked_at: Moment | None = None  # IN_DOUBT: when the robot last did not show it
@@ -77,12 +77,12 @@ class Attempts(dict[int, Attempt]):
         return min((attempt.wake_at for attempt in self.of(Phase.READY)), default=math.inf)
 
     def wait_for_answer(self, ids: Iterable[int]) -> None:
-        """Until the robot answers these, or each is due again."""
+        """Their robot could not be read: until it can be, or each is due again."""
         for attempt in filter(None, map(self.get, ids)):
             attempt.is_unanswered = True
 
     def wake_unanswered(self) -> bool:
-        """The robot answers. Returns whether anything waited for that."""
+        """The robot was read. Returns whether anything waited for that."""
         found = [attempt for attempt in self.of(Phase.BACKOFF) if attempt.is_unanswered]
         for attempt in found:
             attempt.wake_at, attempt.is_unanswered = -math.inf, False

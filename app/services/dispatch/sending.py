@@ -91,6 +91,8 @@ class Sending:
     def run(self, only: int | None = None) -> None:
         """Handle all executions that no robot has yet; ``only`` this one."""
         self.outcomes.note()
+        if self._seen.fresh_status is not None:
+            self.attempts.wake_unanswered()
         unsent = [each for each in self._ledger.unsent_of(self._robot_id) if only in (None, each.id)]
         ids = {each.id for each in unsent}
         self.outcomes.forget_all_but(ids)
@@ -109,7 +111,7 @@ class Sending:
                 if trouble := trouble or self._seen.trouble():
                     unreachable.append(row)
                 elif self.attempts.wake_unanswered():
-                    self.run(only)  # all that waited for its answer, in their order
+                    self.run(only)  # the first that was due asked it: all go that waited for its answer, in their order
                     return
                 elif self._is_ready(row, starts):
                     starts.append(row)

@@ -53,6 +53,13 @@ test_begun = cases_of(
         ends(DONE),
     ),
     Story(
+        "what was planned goes before it once a silent robot answers",
+        [RESTING, post(REFUSED), TRIED, down(), plan_soon(), 240, up(), 120],
+        true(lambda s: [item.description for item in s.items()] == [s.row("soon").token]),
+        true(lambda s: s.executions()[0].reason.code is ReasonCode.OVERLAP),
+        200,
+    ),
+    Story(
         "not tried again once somebody uses the robot",
         RESTING,
         each(post(LOST), post(ERROR_BEFORE)),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import timedelta
 
-from app.domain.models import Mission, Overlap
+from app.domain.models import Connection, Mission, Overlap
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.rules import in_dispatch_order
 from app.services.dispatch import messages
@@ -96,6 +96,12 @@ test_constraints = cases_of(
             )
         ),
         300,
+    ),
+    Story(
+        "what waits for a silent robot goes as soon as a poll finds that it answers",
+        [set_up(poll_interval_seconds=300), plan(window=30), down(), 560, up()],
+        until(lambda s: s.container.snapshots.get(1).connection is Connection.CONNECTED),
+        [2, runs(1), 200],
     ),
     Story(
         "parameters travel by input name",

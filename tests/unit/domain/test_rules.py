@@ -95,6 +95,11 @@ def test_due_together_on_one_robot_goes_by_priority_then_time_then_name():
     assert [e.id for e in rules.in_dispatch_order([late, early, first_by_name, urgent])] == [4, 3, 2, 1]
 
 
+def test_an_idle_mission_goes_after_all_that_was_planned():
+    idle, planned = row(id=1, trigger=Trigger.IDLE), row(id=2, planned_at=NOON + timedelta(minutes=9))
+    assert [e.id for e in rules.in_dispatch_order([idle, planned])] == [2, 1]
+
+
 def test_a_token_belongs_to_install_schedule_and_instant():
     install = "5f0c2f0e-7f0a-4d8b-9a8a-0c1c2d3e4f50"
     token = rules.token_of(install, 7, NOON)
