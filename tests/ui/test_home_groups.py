@@ -10,7 +10,6 @@ from app.domain.robot import RobotState
 from app.screens.home.cards import SendTile, TodayRow
 from app.widgets.buttons import ChoiceChip
 from app.widgets.choices import ChoiceSheet, OptionRow
-from app.widgets.flow import ChoiceField
 from app.widgets.items import Item
 from app.widgets.list_row import RowButton, RowIcon
 from app.widgets.menu import MenuRow
@@ -109,20 +108,6 @@ def test_any_free_robot_of_a_group_comes(home, hall, ui):
     assert (row.robot_group, row.priority, row.robot in ("Aino", "Veikko")) == ("Hall 1", 1, True)
     texts = f"Home is sent to {row.robot}. {row.robot}: free now", "Home is not sent yet. "  # on a slow machine
     ui.wait(lambda: [bar for bar in ui.find_all(Snackbar) if bar.text.startswith(texts)])
-
-
-def test_each_robot_of_a_group_finds_a_position_by_its_name(home, hall, ui):
-    home.site.add_missions("Go to position")
-    ui.wait(lambda: ui.find_all(SendTile, text="Go to position"))
-    choose(ui, "Go to position")
-    ui.tap(ui.find(ChoiceChip, text="Any of Hall 1"))
-    field = ui.find(ChoiceField)
-    field.chosen = next(value for value, name in field.options if name == "Press")
-    ui.advance(0.7)
-    press(ui, "Run on any of Hall 1")
-    ui.wait(lambda: home.site.container.history.open() or last_ended(home.site.container, 1))
-    (row,) = (*home.site.container.history.open(), *last_ended(home.site.container, 1))
-    assert dict(row.parameters) == {"Position": "Press"}
 
 
 def test_a_start_that_no_robot_can_take_waits_on_each_of_them_and_one_is_pressed(home, hall, ui):

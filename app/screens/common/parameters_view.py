@@ -10,7 +10,7 @@ from typing import Any
 
 from app.domain.message import render
 from app.domain.models import InvalidInput
-from app.domain.parameters import DURATION, IDENTIFIER, kind_of, range_of, value_for, written, yes_or_no
+from app.domain.parameters import DURATION, kind_of, range_of, value_for, written, yes_or_no
 from app.domain.robot import MissionParameter
 from app.i18n import _
 
@@ -62,26 +62,17 @@ def changed(parameters: Sequence[MissionParameter], values: Mapping[str, Any]) -
     return {name: value for name, value in values.items() if _written(value) != found.get(name)}
 
 
-def values_of(
-    parameters: Sequence[MissionParameter], entered: Mapping[str, Any], *, of_group: bool = False
-) -> dict[str, Any]:
-    """Name -> value as the robot wants it, or as each robot of a group finds its own by. Raises Problems."""
+def values_of(parameters: Sequence[MissionParameter], entered: Mapping[str, Any]) -> dict[str, Any]:
+    """Name -> value as the robot wants it. Raises Problems."""
     values, problems = {}, {}
     for parameter in parameters:
         try:
-            value = value_for(parameter, entered.get(parameter.name))
-            values[parameter.name] = _on_all(parameter, value) if of_group else value
+            values[parameter.name] = value_for(parameter, entered.get(parameter.name))
         except InvalidInput as problem:
             problems[parameter.name] = render(problem.message, _)
     if problems:
         raise Problems(problems)
     return values
-
-
-def _on_all(parameter: MissionParameter, value: Any) -> Any:
-    """Another robot may have a position of that name with a guid of its own."""
-    names = (label for key, label in parameter.choices if key == value and IDENTIFIER.fullmatch(str(key)))
-    return next((name for name in names if parameter.value_of(name) == value), value)
 
 
 def _written(value: Any) -> str:

@@ -194,7 +194,7 @@ class Sending:
         if sheet.view.off:
             return
         try:
-            values = values_of(sheet.parameters, entered, of_group=sheet.group_id is not None)
+            values = values_of(sheet.parameters, entered)
         except Problems as problems:
             sheet.problems = dict(problems.by_name)
             return

@@ -56,9 +56,8 @@ class FormParameters(EventDispatcher):
         """As the robot wants them; None if one can't be: its field says why."""
         self.problems = {}
         try:
-            draft = self._draft()
-            shown = {field.name: field.default for field in fields_of(self._parameters, draft.entered)}
-            return values_of(self._parameters, shown, of_group=draft.group_id is not None)
+            fields = fields_of(self._parameters, self._draft().entered)
+            return values_of(self._parameters, {field.name: field.default for field in fields})
         except Problems as problems:
             self.problems = dict(problems.by_name)
             return None

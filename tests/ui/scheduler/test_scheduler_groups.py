@@ -8,11 +8,9 @@ from datetime import datetime, time
 import pytest
 
 from app.domain.models import Group, Overlap, Schedule
-from app.domain.robot import MissionParameter
 from app.widgets.buttons import CommandButton, MenuChip, Segment
 from app.widgets.choices import ChoiceSheet, OptionRow
 from app.widgets.fields import Field
-from app.widgets.flow import ParameterFields
 from app.widgets.lanes import Lanes
 from tests.support import month
 from tests.ui.planner import KITS, card_of, choose, named, new, reveal, row, save, schedules, settle, tab, tap_bar
@@ -86,17 +84,6 @@ def test_options_of_a_group_are_chosen_by_taps_and_saved(screen, container, hall
         45,
         Overlap.PARALLEL,
     )
-
-
-def test_a_position_for_a_group_is_kept_by_its_name(screen, container, hall, ui, monkeypatch):
-    dock = MissionParameter(
-        "goal", "Goal", choices=(("00000000-0000-0000-0000-000000000001", "Dock"),), sets="position"
-    )
-    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (dock,))
-    choose(screen, ui, "Robot", "Any of Hall 1")
-    choose(screen, ui, "Mission", "Bring pallet to dock")
-    ui.find(ParameterFields).children[0].chosen = dock.choices[0][0]
-    assert screen.plan.form.parameters.values() == {"goal": "Dock"}
 
 
 def test_back_to_one_robot_nothing_of_the_group_stays(screen, container, hall, ui):

@@ -68,21 +68,6 @@ def test_a_position_is_chosen_by_its_name_from_a_list_and_sent_as_its_guid():
         assert caught.value.by_name == {"goal": problem}
 
 
-@pytest.mark.parametrize(
-    ("choices", "value", "kept"),
-    [
-        ((("00000000-0000-0000-0000-000000000001", "Dock 3"),), "00000000-0000-0000-0000-000000000001", "Dock 3"),
-        (PLACE.choices, "K2", "K2"),
-        (tuple((f"00000000-0000-0000-0000-00000000000{n}", "Twice") for n in (1, 2)), None, None),
-    ],
-)
-def test_each_robot_of_a_group_finds_its_own_position_by_its_name(choices, value, kept):
-    value = value or choices[0][0]
-    goal = replace(GOAL, choices=choices)
-    assert values_of([goal], {"goal": value}) == {"goal": value}
-    assert values_of([goal], {"goal": value}, of_group=True) == {"goal": kept or value}
-
-
 def test_a_value_that_a_schedule_has_by_name_is_shown_as_chosen():
     assert [
         field.default for field in fields_of([replace(GOAL, default=given) for given in ("Press", "g-1", "elsewhere")])
