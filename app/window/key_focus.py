@@ -397,6 +397,7 @@ class KeyFocus:
         if not parents(self.target) or self._has_opened(self.target):
             self._go_in()
         if not (parents(self.target) or self._openers):
+            rest.ignore_keys(SETTLES)  # a second Enter was meant for what has gone
             self.target = self._nearest_remaining()
         target = self.target
         if target is None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 from app.database.errors import DatabaseError
 from app.domain.message import Message, is_message, message_of, render
 from app.domain.models import InvalidInput
@@ -18,6 +20,11 @@ def sentence_of(problem: BaseException) -> str:
     if isinstance(problem, RobotError | InvalidInput | DatabaseError):
         return words_of(message_of(problem))
     return _("Something unexpected went wrong. The log file has the details")
+
+
+def is_of_robot(problem: BaseException) -> TypeGuard[RobotError]:
+    """Whether its sentence calls a robot by its address, and not that robot's fleet."""
+    return isinstance(problem, RobotError) and "{address}" in problem.msgid and "fleet" not in problem.msgid
 
 
 def words_of(problem: Message) -> str:

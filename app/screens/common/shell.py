@@ -17,9 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from app.domain.models import InvalidInput, Robot
-from app.mir.errors import RobotError
 from app.screens.common.mission_names import SharedMissionNames
-from app.screens.common.problems import sentence_of
+from app.screens.common.problems import is_of_robot, sentence_of
 from app.screens.common.sheets import Sheets, offer_undo
 
 if TYPE_CHECKING:
@@ -87,7 +86,7 @@ class Shell:
     def say_not_done(self, problem: BaseException, robot: Robot, asked: str) -> None:
         """The message that a robot was ``asked`` something and has not done it, with its name: the user may look at
         another one now."""
-        if isinstance(problem, RobotError) and "{address}" in problem.msgid:
+        if is_of_robot(problem):
             self.say_problem(problem.at(robot.name), asked)
         else:  # of the disk, for example, or of a host name: it names no robot
             self.say_problem(problem, " · ".join(filter(None, (robot.name, asked))))

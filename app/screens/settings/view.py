@@ -15,9 +15,9 @@ from app.domain.models import WEEKDAYS, Connection, HandOver, Robot
 from app.domain.robot import IdentifiedBy, Identity
 from app.i18n import _, ngettext
 from app.mir.credentials import Token
-from app.mir.errors import CertificateProblem, RobotError
+from app.mir.errors import CertificateProblem
 from app.screens.common import formats
-from app.screens.common.problems import sentence_of, words_of
+from app.screens.common.problems import is_of_robot, sentence_of, words_of
 from app.screens.common.robot_appearance import link_appearance
 from app.screens.common.robot_groups import robots_in_words
 from app.screens.settings.facts import SettingsFacts
@@ -295,7 +295,7 @@ def nothing_sent() -> NoticeView:
 
 def went_wrong(problem: BaseException, robot: str = "") -> NoticeView:
     """``robot``: the name of the one that was asked, for its address."""
-    if robot and isinstance(problem, RobotError):
+    if robot and is_of_robot(problem):
         problem = problem.at(robot)
     return NoticeView(sentence_of(problem), tone="fault", icon="alert-circle")
 
