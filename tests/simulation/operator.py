@@ -65,15 +65,21 @@ class Person:
         return result
 
     def _decide_later(
-        self, after: float, act: Callable[[], Any], note: Callable[[Wishes], Any], is_due: Callable[[], bool]
+        self,
+        after: float,
+        act: Callable[[], Any],
+        note: Callable[[Wishes], Any],
+        is_due: Callable[[], bool],
+        *refusals: type[Exception],
     ) -> None:
-        """Where the app runs then and it is still due; again and again while the app refuses it."""
+        """Where the app runs then and it is still due; again and again while it can't be written, or for one of these
+        ``refusals``."""
 
         def decide() -> None:
             if self.world.is_on and is_due():
                 try:
                     self._decide(act, note)
-                except (InvalidInput, DatabaseError):
+                except (DatabaseError, *refusals):
                     self.world.site.at(60.0, decide)
 
         self.world.site.at(after, decide)
@@ -323,6 +329,7 @@ class Person:
                 lambda: switch_robot(self._app.catalogue, self._id(robot), True),
                 lambda wishes: wishes.off.discard(robot),
                 lambda: robot in self.diary.now.off and self._app.catalogue.robot(self._id(robot)) is not None,
+                InvalidInput,
             )
 
     def pause(self) -> None:

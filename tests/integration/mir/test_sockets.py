@@ -278,7 +278,7 @@ NONSENSE: dict[str, bytes] = {
     "noise": bytes(range(256)) * 4,
     "another protocol": b"SSH-2.0-OpenSSH_9.6\r\n",
     "two lengths": CREATED + b"Content-Length: 29\r\nContent-Length: 3\r\n\r\n" + ACCEPTED,
-    "bad chunk size": CREATED + b"Transfer-Encoding: chunked\r\n\r\nxyz\r\n{}\r\n0\r\n\r\n",
+    "bad chunk size": CREATED + b"Transfer-Encoding: chunked\r\n\r\nxyz\r\n" + ACCEPTED + b"\r\n0\r\n\r\n",
     "an endless chunk size": CREATED + b"Transfer-Encoding: chunked\r\n\r\n" + b"0" * 200_000,
     "too many headers": CREATED + b"".join(b"X%d: 1\r\n" % n for n in range(500)) + b"\r\n" + ACCEPTED,
     "an endless header": CREATED + b"X: " + b"x" * 70_000 + b"\r\n\r\n" + ACCEPTED,
