@@ -118,7 +118,7 @@ class Studio:
 
 
 def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[str], language: str = "en") -> int:
-    """Take all pictures of ``size`` (``names`` empty = all), print what the checks find; returns how many failed."""
+    """Take all pictures of ``size`` (``names`` empty = all), print what the checks find; returns how many failed one."""
     open_window(size)
     from tests.screenshots.registry import PICTURES, find_pictures
 
@@ -136,12 +136,12 @@ def take_pictures(out: Path, size: Size, names: Sequence[str], themes: Sequence[
 
 
 def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[str]) -> bool:
-    """Build ``item`` once and switch its theme live, as the app does; False when that raised."""
+    """Build ``item`` once and switch its theme live, as the app does; False when that raised, or a check found something."""
     from tests.screenshots.registry import file_name
     from tests.ui import checks
 
     label = f"{item.name}-{studio.size.name}"
-    widget = None
+    widget, is_well = None, True
     try:
         for n, theme in enumerate(themes):
             studio.use(theme)
@@ -151,7 +151,8 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
             path = out / file_name(item.name, studio.size.name, theme, studio.language)
             studio.take(path)
             for line in checks.problems(widget if widget is not None else studio.shown):
-                print(f"{label}-{theme}: {line}")
+                print(f"{label}-{theme}: {line}", file=sys.stderr, flush=True)
+                is_well = False
             print("wrote", path, flush=True)
     except Exception:
         traceback.print_exc()
@@ -162,4 +163,4 @@ def _take_in_themes(studio: Studio, item: Picture, out: Path, themes: Sequence[s
         studio.clear()
         gc.collect()  # widgets of pictures before would be recoloured with every switch
         gc.freeze()  # what is left stays to the end
-    return True
+    return is_well
