@@ -171,7 +171,7 @@ def test_everything_about_a_robot_that_needs_a_person_is_visible_at_once(ui, fac
     ui.advance(0.5)
     for part in (
         ui.find(ProblemNote),
-        ui.find(text=screen.vm.view.view.card.battery.text),
+        ui.find(text=screen.vm.view.card.battery.text),
         ui.find(PlaceMap),
         ui.find(RobotFoot),
     ):
@@ -266,7 +266,7 @@ def test_the_text_of_a_run_fits_next_to_its_time(ui, size):
 
 @pytest.mark.long
 def test_the_text_of_a_robot_is_shown_once(ui):
-    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.view.view.card.note
+    note = home(Rig(ui), sample.with_aino(sample.FAILED), issues=OpenIssues([ERROR])).vm.view.card.note
     ui.advance(0.5)
     assert [label.text for label in ui.find_all(Label) if note.quote in label.text] == [note.quote]
 
