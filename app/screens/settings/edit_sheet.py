@@ -111,6 +111,7 @@ class EditSheet(SettingsSheet):
         """What has changed elsewhere is shown where nothing else was entered."""
         stored = with_id(getattr(self.context.facts, self.kind), self.stored_id)
         if stored is not None and not self.saving:
+            self._forget_changed(self.stored, stored)
             was, now = self.shown(self.stored), self.shown(stored)
             names = _differing(was, now) - _differing(was, self.it) - self.problems.keys()
             self.stored, self.it = stored, replace(self.it, **{name: getattr(now, name) for name in names})
@@ -185,6 +186,7 @@ class EditSheet(SettingsSheet):
             text = (_("{name} added") if before is None else _("{name} saved")).format(name=saved.name)
             if changed := not how and before and _differing(before, entered) & _differing(before, saved):
                 self._was = {name: getattr(before, name) for name in changed} | self._was
+                self._forget_changed(entered, saved)
                 undo = partial(catalogue.change_back, replace(saved, **self._was), saved)
                 context.shell.offer_undo(text, undo, context.refresh, behind="settings", about=self)
             elif not is_kept:
@@ -209,6 +211,11 @@ class EditSheet(SettingsSheet):
             shown=lambda facts: facts.having(kind, entered) if is_kept else facts,
             done=done,
         )
+
+    def _forget_changed(self, ours: Any, stored: Any) -> None:
+        """What was changed elsewhere since is not for this sheet to undo."""
+        for name in _differing(ours, stored) & self._was.keys():
+            del self._was[name]
 
     def refuse(self, problem: BaseException) -> None:
         """Say why, at the field that it is about."""

@@ -298,6 +298,23 @@ def test_every_quick_tap_counts_and_undo_takes_them_all_back(site, app, ui, monk
     ui.wait(lambda: places(site)[0].most == sheet.it.most == 1)
 
 
+def test_undo_leaves_what_was_changed_elsewhere_since(site, app, ui):
+    site.add_robots()
+    (deliver,) = site.add_missions("Deliver")
+    dock = site.container.catalogue.save_place(Place("Dock", 2, (deliver.id,)))
+    open_places(ui)
+    sheet = open_row(ui, "Dock")
+    sheet.choose(most=3)
+    ui.wait(lambda: places(site)[0].most == 3 and app.shell.background.idle)
+    site.container.catalogue.save_place(replace(dock, most=9))
+    ui.wait(lambda: sheet.it.most == 9)
+    sheet.choose(name="Dock 3")
+    ui.wait(lambda: places(site)[0].name == "Dock 3" and app.shell.background.idle)
+    undo(ui)
+    ui.wait(lambda: places(site)[0].name == "Dock")
+    assert places(site)[0].most == 9
+
+
 def test_a_change_of_a_place_is_saved_at_once_and_undone(site, app, ui):
     site.add_robots()
     deliver, home = site.add_missions("Deliver", "Home")
