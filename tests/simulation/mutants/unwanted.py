@@ -193,6 +193,7 @@ MUTANTS = (
         "False and self._votes",
         "sent while the clock was",
         UNPROVEN,
+        seed=8,
     ),
     Mutant(
         "an idle mission that arrives after it was overtaken belongs to no row",
