@@ -211,15 +211,16 @@ def test_a_position_is_chosen_by_its_name_and_named_in_logs(home, ui):
     ui.wait(lambda: ui.find_all(ChoiceField))
     ui.tap(ui.find(ChoiceField))
     ui.advance(0.7)  # no touch where the sheet below was
-    row = ui.find(OptionRow, title="Press")
+    row = ui.find(OptionRow, title="Dock")
     ui.tap(row)
+    ui.wait(lambda: ui.find_all(CommandButton, text="Run on Aino"))
     ui.advance(0.7)
     press(ui, "Run on Aino")
-    ui.wait(lambda: "Go to position · Press is sent to Aino" in home.shell.snackbars.texts)
+    ui.wait(lambda: "Go to position · Dock is sent to Aino" in home.shell.snackbars.texts)
     (execution,) = home.site.container.history.open()
     assert list(execution.parameters.values()) == [row.item.key]
     home.shell.go("logs", execution_id=execution.id)
-    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.words.note == "Position: Press")
+    ui.wait(lambda: home.shell.navigator.screen("logs").vm.story.words.note == "Position: Dock")
 
 
 def test_a_mission_that_is_not_in_the_list_is_fetched_from_a_robot(home, ui, monkeypatch):
