@@ -134,6 +134,15 @@ def test_run_now_on_a_group_without_robots_leaves_nothing_behind_that_may_start_
     assert (row["state"], row["reason_code"]) == ("cancelled", "robot_removed")
 
 
+@pytest.mark.long
+def test_run_now_gives_up_at_the_retry_limit(data, fleet, robot):
+    import_configuration(data, configuration_of(fleet, retry_limit=0))
+    fleet.stop()
+    refusal(data, "--run-now", robot.name, "Home", code=1)
+    (row,) = history(data)
+    assert (row["state"], row["reason_code"], row["attempts"]) == ("failed", "retry_limit", "1")
+
+
 # ---------------------------------------------------------------------- import and export while the app runs
 @pytest.mark.long
 def test_an_import_during_a_running_app_is_done_at_once_and_only_once(site, robot):
