@@ -73,7 +73,7 @@ class Item:
 @dataclass(frozen=True)
 class Option:
     """One choice of a list, of a row of chips or of a menu. ``key`` is handed back when it is chosen; ``tone`` is of its icon, in a menu of
-    all of it."""
+    all of it. ``off``: why it can't be chosen now, in the place of its text."""
 
     key: Hashable
     text: str
@@ -81,7 +81,7 @@ class Option:
     note: str = ""
     selected: bool = False
     tone: str = "neutral"
-    disabled: bool = False
+    off: str = ""
 
 
 @dataclass(frozen=True)

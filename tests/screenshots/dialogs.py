@@ -61,8 +61,8 @@ def question(studio: Any) -> Any:
 def menu(studio: Any) -> Any:
     dialogs = over_settings(studio)
     items = [
-        Option("run", _("Run now"), "play"),
-        Option("copy", _("Duplicate"), "content-copy", disabled=True),
+        Option("run", _("Run now"), "play", off=_("{robot} is stopped").format(robot="Aino")),
+        Option("copy", _("Duplicate"), "content-copy"),
         Option("delete", _("Delete"), "delete-outline", tone="fault"),
     ]
     return dialogs.menu(studio.shown.ids.bar, sample.KITS.name, items, print)

@@ -145,14 +145,14 @@ def test_a_card_points_at_what_it_is_about(ui, dialogs, y, is_below):
     ui.advance()
 
 
-def test_a_menu_hands_over_its_key(ui, dialogs):
+def test_a_menu_hands_over_its_key_and_says_why_one_is_off(ui, dialogs):
     button = ui.show(CommandButton(text="More"), (200, 64))
     chosen: list[str] = []
     dialogs.menu(
-        button, "Deliver kits", [Option("run", "Run now"), Option("delete", "Delete", disabled=True)], chosen.append
+        button, "Deliver kits", [Option("run", "Run now"), Option("delete", "Delete", off="In use")], chosen.append
     )
     ui.advance()
-    ui.tap(ui.find(Txt, text="Delete"))
+    ui.tap(ui.find(Txt, text="In use"))
     assert chosen == []
     ui.tap(ui.find(Txt, text="Run now"))
     assert chosen == ["run"]

@@ -222,7 +222,7 @@ class SendTiles(OfHome, GridLayout):
         tiles = refill(self, [each.key for each in options], lambda key: SendTile(key=key, on_release=self._press))
         for tile, option in zip(tiles, options, strict=True):
             tile.icon, tile.text = option.icon, option.text
-            tile.disabled = option.disabled or (bool(self.off) and option.key is not None)
+            tile.disabled = not option.text or (bool(self.off) and option.key is not None)
 
     on_off = on_last = on_tiles
 

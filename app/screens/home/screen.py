@@ -255,11 +255,14 @@ class HomeViewModel(HomeCommands, ViewModel):
 
     def show_more(self, anchor: Widget) -> None:
         """What is seldom done to the queue."""
-        items = [Option("clear", _("Clear queue"), "playlist-remove", disabled=not self.view.clear_count)]
+        items = [
+            Option(
+                "clear", _("Clear queue"), "playlist-remove", off="" if self.view.clear_count else _("Nothing to clear")
+            )
+        ]
         seen = self.facts.snapshot
         if self.view.card.foot.action == "pause" and not self.view.card.old and can_reset(seen.status):
-            why = why_not(seen.capabilities.clear_error)
-            items.append(Option("reset", why or _("Reset errors"), "restore", disabled=bool(why)))
+            items.append(Option("reset", _("Reset errors"), "restore", off=why_not(seen.capabilities.clear_error)))
         calls: dict[str, Callable[[], object]] = {"clear": self.clear_queue, "reset": self.reset_errors}
         self._shell.dialogs.menu(anchor, _("Queue"), items, lambda key: calls[key]())
 

@@ -40,7 +40,7 @@ class SendView:
 def tiles(facts: HomeFacts) -> tuple[Option, ...]:
     """Favourites come first. Until they are read their places are empty, so that nothing moves then."""
     if facts.is_new:
-        return (Option(0, "", disabled=True),) * TILES
+        return (Option(0, ""),) * TILES
     return tuple(Option(mission.id, mission.name, "play-circle-outline") for mission in facts.missions[:TILES])
 
 

@@ -304,10 +304,9 @@ class LogsViewModel(ViewModel):
 
     def choose_more(self, anchor: Widget) -> None:
         """Commands for the list."""
-        count = self.facts.count
-        export = Option(
-            "export", view.export_text(count), "file-export-outline", disabled=not count or self.files.exporting
-        )
+        text = view.export_text(self.facts.count)
+        off = _("Being exported") if self.files.exporting else "" if self.facts.count else text
+        export = Option("export", text, "file-export-outline", off=off)
         self._shell.dialogs.menu(anchor, "", [export], lambda _key: self.files.export())
 
 

@@ -35,14 +35,8 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
         Option("log", _("Open in Logs"), "text-box-outline"),
         Option("edit", _("Edit"), "pencil-outline"),
     )
-    if facts.is_skipped(
-        execution, now
-    ):  # each in the place that it, or its opposite, has on the card of a planned start
-        items = [
-            Option("again", _("Start it after all"), "undo", disabled=not facts.may_start_after_all(execution, now)),
-            edit,
-            log,
-        ]
+    if facts.may_start_after_all(execution, now):  # in the place of its opposite on the card of a planned start
+        items = [Option("again", _("Start it after all"), "undo"), edit, log]
     else:
         items = [log, edit] if facts.schedule(execution.schedule_id) is not None else [log]
     if has_no_robot(execution) and execution.group_id is not None:
@@ -65,17 +59,14 @@ def run_card(facts: SchedulerFacts, execution: Execution, now: datetime) -> Card
 
 def _waiting_items(execution: Execution) -> list[Option]:
     """The actions of Home, and Hold."""
-    off = execution.cancel_code is not None
+    if execution.cancel_code is not None:
+        return [Option("cancel", _("Cancel"), "close", off=_("Being cancelled"))]
+    priority = _("Priority: {priority}").format(priority=word(execution.priority))
     return [
-        Option("give", _("Give to a robot"), "robot-outline", disabled=off or execution.held),
-        Option(
-            "priority",
-            _("Priority: {priority}").format(priority=word(execution.priority)),
-            "chevron-double-up",
-            disabled=off,
-        ),
-        Option("release", _("Release"), "play") if execution.held else Option("hold", _("Hold"), HAND, disabled=off),
-        Option("cancel", _("Cancel"), "close", disabled=off),
+        *([] if execution.held else [Option("give", _("Give to a robot"), "robot-outline")]),
+        Option("priority", priority, "chevron-double-up"),
+        Option("release", _("Release"), "play") if execution.held else Option("hold", _("Hold"), HAND),
+        Option("cancel", _("Cancel"), "close"),
     ]
 
 
@@ -101,10 +92,9 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
             )
         )
     others = of_groups.other_robots(facts, run)
-    robot = _("Other robot") if others else _("No other robot is switched on")
     items = (
-        Option("move", _("Move"), "arrow-left-right", disabled=run.begins != run.at),
-        Option("robot", robot, "robot-outline", disabled=not others),
+        Option("move", _("Move"), "arrow-left-right"),
+        Option("robot", _("Other robot"), "robot-outline", off="" if others else _("No other robot is switched on")),
         Option("skip", _("Skip"), "skip-next"),
         Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, run.schedule, now),

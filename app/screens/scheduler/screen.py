@@ -199,7 +199,7 @@ class SchedulerViewModel(OnTimeline):
             "looks": lambda: self._shell.dialogs.explain(anchor, _("Colours"), view.looks_in_words()),
         }
         items = [
-            Option("export", _("Export"), "calendar-export", disabled=self.exporting),
+            Option("export", _("Export"), "calendar-export"),
             *([Option("robots", _("Robots in the plan"), "robot-outline")] if self.timeline.robots else []),
             Option("looks", _("Colours"), "information-outline"),
         ]

@@ -227,7 +227,7 @@ def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> Option
     if not nothing and isinstance(target, Group) and of_groups.all_lack_mission(facts, schedule):
         nothing = _("No robot of {group} has this mission").format(group=target.name)
     if nothing:
-        return Option("run", nothing, "play", disabled=True)
+        return Option("run", _("Run now"), "play", off=nothing)
     silent = facts.robot(schedule.robot_id) if schedule.robot_id in facts.silent else None
     words = run_words(hold, silent, rules.closes_at(now, None, facts.settings), facts.settings.timezone, now)
     return Option("run", *(words or (_("Run now"), "play")))
@@ -235,23 +235,19 @@ def run_item(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> Option
 
 def schedule_menu(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> list[Option]:
     """What can be done with it."""
+    if schedule.is_paused(now):
+        starts = [Option("resume", _("Resume now"), "play-circle-outline")]
+    elif schedule.enabled and schedule.next_at:
+        starts = [
+            Option("skip", _("Skip next"), "skip-next"),
+            Option("pause", _("Pause until a day"), "pause-circle-outline"),
+        ]
+    else:
+        starts = []
     return [
         Option("edit", _("Edit"), "pencil-outline"),
         run_item(facts, schedule, now),
-        Option(
-            "skip",
-            _("Skip next"),
-            "skip-next",
-            disabled=not (schedule.enabled and schedule.next_at) or schedule.is_paused(now),
-        ),
-        Option("resume", _("Resume now"), "play-circle-outline")
-        if schedule.is_paused(now)
-        else Option(
-            "pause",
-            _("Pause until a day"),
-            "pause-circle-outline",
-            disabled=not (schedule.enabled and schedule.next_at),
-        ),
+        *starts,
         Option("duplicate", _("Duplicate"), "content-copy"),
         Option("delete", _("Delete"), "trash-can-outline", tone="fault"),
     ]

@@ -76,8 +76,8 @@ class FleetSheet(ConnectionSheet):
 
     # ------------------------------------------------------------------ menu
     def more(self) -> list[Option]:
-        word, is_off = _("Robots of the fleet"), self.stored.needs_password
-        return [Option(self.show_robots, word, "robot-outline", disabled=is_off)]
+        off = _("{robot} needs its password").format(robot=self.stored.name) if self.stored.needs_password else ""
+        return [Option(self.show_robots, _("Robots of the fleet"), "robot-outline", off=off)]
 
     def check_up(self) -> None:
         open_check_up(self.context, self.stored)

@@ -17,6 +17,7 @@ from app.domain.robot import Identity
 from app.i18n import _
 from app.mir.credentials import Token
 from app.mir.errors import AnotherRobot, SerialNumberHidden
+from app.screens.common.start_now import why_not
 from app.screens.settings import removals, trust_view, view
 from app.screens.settings.check_up import open_check_up
 from app.screens.settings.connection_sheet import ConnectionSheet
@@ -87,9 +88,10 @@ class RobotSheet(ConnectionSheet):
         context, robot = self.context, self.stored
         check_up = Option(lambda: open_check_up(context, robot), _("Check up"), "clipboard-check-outline")
         fetch = partial(context.shell.go, "settings", section="missions", fetch_from=robot.id)
+        off = why_not(robot, (), None)
         return [
             *([check_up] if robot.fleet is None else []),  # others are checked up with their fleet
-            Option(fetch, _("Fetch missions"), "download-outline", disabled=not robot.enabled),
+            Option(fetch, _("Fetch missions"), "download-outline", off=off),
         ]
 
     def question(self) -> str:

@@ -61,10 +61,9 @@ def test_what_starts_it_now_says_what_it_does(known, text, icon):
     """In its menu and on the card of its bar, as Home does."""
     plan = facts(schedules=(HOURLY,), planned=(planned(22),), **known)
     for items in (view.schedule_menu(plan, HOURLY, NOW), bar_card.start_card(plan, plan.planned[0], NOW).items):
-        assert [(item.text, item.icon) for item in items if item.key == "run"] == [(text, icon)]
-        assert [item.key for item in items if item.disabled and item.key == "run"] == ["run"] * (
-            icon == "play" and text != "Run now"
-        )
+        [item] = [item for item in items if item.key == "run"]
+        assert (item.off or item.text, item.icon) == (text, icon)
+        assert bool(item.off) is (icon == "play" and text != "Run now")
 
 
 @pytest.mark.parametrize(
@@ -84,9 +83,8 @@ def test_what_no_robot_can_take_now_is_not_offered(members, has_it, text):
         names={1: {KITS.guid if has_it else EMPTIES.guid: ""}},
     )
     item = view.run_item(plan, of_hall, NOW)
-    assert (item.text, item.disabled) == (text, text != "Run now")
-    off = view.run_item(facts(), replace(HOURLY, robot_id=2), NOW)
-    assert (off.text, off.disabled) == ("Veikko is switched off", True)
+    assert item.off == ("" if text == "Run now" else text)
+    assert view.run_item(facts(), replace(HOURLY, robot_id=2), NOW).off == "Veikko is switched off"
 
 
 def test_schedules_are_listed_by_words_robot_and_name():
@@ -204,11 +202,11 @@ def test_the_card_of_a_start_that_was_moved_says_where_it_was(where, said):
 def test_a_start_can_be_given_to_another_robot_where_one_is_in_use():
     def offered(plan):
         items = {item.key: item for item in bar_card.start_card(plan, planned(22), NOW).items}
-        return items["robot"].text, items["robot"].disabled
+        return items["robot"].off
 
     aino, veikko = facts().robots
-    assert offered(facts(robots=(aino, veikko))) == ("No other robot is switched on", True)
-    assert offered(facts(robots=(aino, replace(veikko, enabled=True)))) == ("Other robot", False)
+    assert offered(facts(robots=(aino, veikko))) == "No other robot is switched on"
+    assert offered(facts(robots=(aino, replace(veikko, enabled=True)))) == ""
 
 
 def test_the_card_of_a_run_that_was_moved_says_when_it_was_planned():
@@ -225,18 +223,24 @@ def test_a_start_that_is_skipped_stays_on_the_timeline_and_can_be_taken_again():
         "skipped",
         pytest.approx(ASSUMED_S / 3600),
     )
-    assert [(item.key, item.disabled) for item in bar_card.run_card(plan, ahead, NOW).items] == [
-        ("again", False),
-        ("edit", False),
-        ("log", False),
-    ]
+    assert [item.key for item in bar_card.run_card(plan, ahead, NOW).items] == ["again", "edit", "log"]
     paused = replace(plan, schedules=(replace(HOURLY, paused_until=NOW + timedelta(days=1)),))
-    assert [(item.key, item.disabled) for item in bar_card.run_card(paused, ahead, NOW).items] == [
-        ("again", True),
-        ("edit", False),
-        ("log", False),
-    ]
-    assert [item.key for item in bar_card.run_card(facts(past=(ahead,)), ahead, NOW).items] == ["log", "edit"]
+    for elsewhere in (paused, facts(past=(ahead,))):
+        assert [item.key for item in bar_card.run_card(elsewhere, ahead, NOW).items] == ["log", "edit"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "keys"),
+    [
+        ({}, ["skip", "pause"]),
+        ({"paused_until": NOW + timedelta(days=1)}, ["resume"]),
+        ({"enabled": False, "next_at": None}, []),
+        ({"next_at": None}, []),
+    ],
+)
+def test_a_menu_offers_what_can_be_done_with_the_next_starts(changes, keys):
+    menu = view.schedule_menu(facts(), replace(HOURLY, **changes), NOW)
+    assert [item.key for item in menu] == ["edit", "run", *keys, "duplicate", "delete"]
 
 
 def test_a_schedule_shows_how_it_last_went():

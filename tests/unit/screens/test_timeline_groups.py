@@ -9,7 +9,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.conflicts import ConflictCode
-from app.domain.execution import DurationEstimate, Execution, State, Trigger, Wait
+from app.domain.execution import DurationEstimate, Execution, ReasonCode, State, Trigger, Wait
 from app.domain.models import Group, Mission, Robot, Schedule, Settings
 from app.screens.scheduler import bar_card
 from app.screens.scheduler.contested import Contested
@@ -82,7 +82,9 @@ def test_what_waits_for_a_robot_now_is_in_the_lane_of_its_group():
     assert "any of Hall 1" in card.text
     assert [item.text for item in card.items][:4] == ["Give to a robot", "Priority: Normal", "Hold", "Cancel"]
     held = bar_card.run_card(FACTS, replace(WAITS, held=True), NOW).items
-    assert [(item.key, item.text) for item in held if item.key in ("hold", "release")] == [("release", "Release")]
+    assert [item.text for item in held][:3] == ["Priority: Normal", "Release", "Cancel"]
+    ends = bar_card.run_card(FACTS, replace(WAITS, cancel_code=ReasonCode.USER_CANCELLED), NOW).items
+    assert [(item.text, item.off) for item in ends][:2] == [("Cancel", "Being cancelled"), ("Open in Logs", "")]
 
 
 SEVENTEEN = replace(
@@ -145,14 +147,6 @@ def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     ]
     assert "no robot of Hall 1 will be free" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
     assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
-
-
-def test_only_a_bar_that_can_be_dragged_can_be_moved_on_its_card():
-    can = {bar.key[1:]: bar.movable for lane in lanes(FACTS).values() for bar in lane.bars if bar.key[0] == "schedule"}
-    assert set(can.values()) == {True, False}
-    for run in FACTS.planned:
-        [move] = [item for item in bar_card.start_card(FACTS, run, NOW).items if item.key == "move"]
-        assert move.disabled is not can[run.schedule.id, run.at]
 
 
 # ---------------------------------------------------------------------- conflicts
