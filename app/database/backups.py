@@ -10,17 +10,21 @@ import functools
 import logging
 import os
 import sqlite3
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import NamedTuple
 
 from app.database import files
+from app.database.check_ups import CheckUpRepository
 from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_code, translated
+from app.database.robots import Hold, HoldRepository, RobotRepository
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.schema_figures import RECOUNT
 from app.database.settings import WRONG_PINS, SettingsRepository
 from app.database.value_checks import LARGEST_IN_BACKUP, problem_in_backup
 from app.database.values import to_instant, to_text
+from app.domain.check_up import LeftBehind
 from app.domain.message import Message, message, message_of_system
 from app.domain.models import Settings
 
@@ -252,8 +256,8 @@ def _finish(path: Path) -> Path | None:
 
 def _note_restore(file: Path, former: Path, now: datetime) -> None:
     """Update it to this version, compute counts again, record the restore, continue ids beyond all that were used since
-    the backup, and keep the count of wrong PINs and until when the app ran."""
-    settings, (wrong, ran_until) = SettingsRepository(), _left_by(former)
+    the backup, and keep the count of wrong PINs, until when the app ran, and what trials have not undone on robots."""
+    settings, (wrong, ran_until, trials) = SettingsRepository(), _left_by(former)
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         configured(connection)
         connection.execute("PRAGMA journal_mode = DELETE")
@@ -265,7 +269,37 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
         settings.put(connection, "former_ran_until", ran_until and to_text(ran_until))
         settings.put(connection, WRONG_PINS, max(wrong, settings.get(connection, WRONG_PINS, 0)))
         connection.execute("UPDATE sqlite_sequence SET seq = seq + ?", (SEQUENCE_GAP,))
+        trials.put(connection)
         connection.execute("COMMIT")
+
+
+class _Trials(NamedTuple):
+    """What trials have changed on robots and fleets and not undone yet, by their ids, and all holds."""
+
+    on_robots: Mapping[int, LeftBehind]
+    on_fleets: Mapping[int, LeftBehind]
+    holds: Collection[Hold]
+
+    @classmethod
+    def get(cls, c: sqlite3.Connection) -> _Trials:
+        check_ups = CheckUpRepository()
+        return cls(check_ups.left_behind(c), check_ups.left_on_fleets(c), HoldRepository().all(c))
+
+    def put(self, c: sqlite3.Connection) -> None:
+        """With their holds, where robot and fleet exist there."""
+        check_ups = CheckUpRepository()
+        for robot_id, left in self.on_robots.items():
+            check_ups.note_left_behind(c, robot_id, left)
+        for fleet_id, left in self.on_fleets.items():
+            check_ups.note_left_on_fleet(c, fleet_id, left)
+        known = _Trials.get(c)
+        of_trials = {
+            id_ for left in (*known.on_robots.values(), *known.on_fleets.values()) for id_ in (left.hold, *left.holds)
+        }
+        robots = {robot.id for robot in RobotRepository().all(c)}
+        for hold in self.holds:
+            if hold.id in of_trials - {each.id for each in known.holds} and hold.robot_id in robots:
+                HoldRepository().add(c, hold)
 
 
 def _ran_until(former: sqlite3.Connection) -> datetime | None:
@@ -281,9 +315,10 @@ def _ran_until(former: sqlite3.Connection) -> datetime | None:
     return max(found, default=None)
 
 
-def _left_by(database: Path) -> tuple[int, datetime | None]:
-    """Of the former database: how many wrong PINs were entered in a row, and until when the app ran by its clock. 0 and
-    None where that can't be read."""
+def _left_by(database: Path) -> tuple[int, datetime | None, _Trials]:
+    """Of the former database: how many wrong PINs were entered in a row, until when the app ran by its clock, and its
+    trials. 0, None and none where that can't be read."""
+    trials = _Trials({}, {}, ())
     is_whole = not files.size_of(files.sibling(database, "-wal"))  # then SQLite creates no files next to it
     try:
         with contextlib.closing(
@@ -291,6 +326,8 @@ def _left_by(database: Path) -> tuple[int, datetime | None]:
         ) as connection:
             settings, former = SettingsRepository(), configured(connection)
             wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
-            return wrong, _ran_until(former)
+            with contextlib.suppress(sqlite3.Error, ValueError, TypeError, LookupError):
+                trials = _Trials.get(former)
+            return wrong, _ran_until(former), trials
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
-        return 0, None
+        return 0, None, trials
