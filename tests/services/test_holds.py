@@ -41,6 +41,14 @@ def test_a_removed_robot_can_not_be_held(container):
     assert container.holds.all_active() == []
 
 
+def test_the_hold_of_a_removed_robot_goes_and_comes_back_with_it(container):
+    hold = container.holds.hold("a meeting", robot_id=1)
+    removed = container.catalogue.remove_robot(1)
+    assert container.holds.current() == []
+    container.catalogue.restore(removed)
+    assert container.holds.current() == [hold]
+
+
 def test_a_hold_of_all_holds_each_and_says_since_when_and_why(container):
     published = []
     container.changes.subscribe(lambda topic, _about: published.append(topic))

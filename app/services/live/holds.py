@@ -36,6 +36,12 @@ class Holds:
         self._wall_ahead: float | None = None  # of the monotonic clock, in s, when the wall clock was judged last
         self._stored: list[Hold] = []
         self.reload()
+        changes.subscribe(self._changed)
+
+    def _changed(self, topic: Topic, _about: int | None) -> None:
+        """That of a removed robot is none, until the robot is back."""
+        if topic is Topic.ROBOTS:
+            self.reload()
 
     def reload(self) -> None:
         with self._lock:  # else what was read earlier may replace what was read later
