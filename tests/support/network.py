@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json as json_module
 import random
+import threading
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -151,7 +152,8 @@ class Network:
 
     def time_out(self, seconds: float) -> None:
         """The app waits and gets no answer."""
-        if self.others_wait:
+        is_elsewhere = threading.current_thread() is not threading.main_thread()  # the site is on that one, and waits
+        if self.others_wait or is_elsewhere:
             self.site.clock.advance(seconds)
         else:
             self.site.others_continue(seconds)
