@@ -340,7 +340,11 @@ class World:
         at, wall = self.site.seconds(), self.site.clock.now()
         restore(file, self.site.container.db.path, wall)
         made = wall - timedelta(seconds=at - made_at + max(0.0, self.diary.ahead(at) - self.diary.ahead(made_at)))
-        shown = wall - timedelta(seconds=at - left_at + self.diary.ahead(at) - self.diary.ahead(left_at))
+        # the clock may have been set back since the backup: the plan had gone on up to the latest time that it has shown
+        moments = [left_at, *(since - 0.001 for since, _ahead in self.diary.clock if made_at < since <= left_at)]
+        shown = max(
+            wall - timedelta(seconds=at - each + self.diary.ahead(at) - self.diary.ahead(each)) for each in moments
+        )
         self.diary.restores.append(Restore(at, made, max(wall, shown)))
         self.diary.wishes.append((self.site.seconds(), wishes.copy()))
         self.note_holds()

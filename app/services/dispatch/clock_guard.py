@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
+from app.database.backups import HEARTBEAT_AGE
 from app.database.connection import Database
 from app.database.settings import CLOCK_CONFIRMED_AT, SettingsRepository
 from app.database.values import to_optional_instant
@@ -334,11 +335,14 @@ class ClockGuard:
         """Once the clock is trusted: one that was wrong when the absence was noticed shows a wrong end."""
         gap = self._unreported
         if gap is not None and (end := min(gap.end, now)) - gap.start >= SHORTEST_ABSENCE:
-            zone = self._settings.load(self._db.read()).timezone
-            restored_at = self._settings.restored_at(self._db.read())
-            is_forgotten = (
-                restored_at is not None and gap.start <= restored_at <= end
-            )  # the app may have been on, a backup can't know
+            c = self._db.read()
+            zone = self._settings.load(c).timezone
+            restored_at, ran_until = self._settings.restored_at(c), self._settings.former_ran_until(c)
+            # the app may have been on, a backup can't know; at the restore the clock may have been wrong
+            is_forgotten = any(
+                at is not None and gap.start < at <= end
+                for at in (restored_at, ran_until and ran_until - HEARTBEAT_AGE)
+            )
             self._alarms.raise_(
                 "backup_restored" if is_forgotten else "app_was_off",
                 "app",

@@ -42,6 +42,11 @@ test_restored = cases_of(
         [raised("backup_restored"), not_raised("app_was_off")],
     ),
     Story(
+        "restored by a clock that is days behind, then corrected: what ran since the backup was not missed",
+        [plan(), 60, backup(), 350, ONCE, clock(-3 * 86400), 40, restored(), 60, clock(3 * 86400), 120],
+        [raised("backup_restored"), not_raised("app_was_off")],
+    ),
+    Story(
         "an absence after the restore counts as usual",
         [60, backup(), restored(), 60, off_for(600), 60, true(lambda s: s.alarms() == ["app_was_off"])],
     ),
