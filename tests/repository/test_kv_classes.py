@@ -70,5 +70,19 @@ def test_the_classes_of_a_kv_file_are_registered_by_the_module_that_loads_it(sou
         assert not unknown, f"{file.relative_to(ROOT)}: {unknown}"
 
 
+OBJECT_OF_KV = re.compile(r"^    (\w+): None$", re.M)
+
+
+def test_nothing_is_shown_of_an_object_that_a_class_has_by_kv_alone():
+    """Kivy follows the values of an object only where its property says ``rebind``, which kv can't."""
+    found = []
+    for file in KV_DIR.rglob("*.kv"):
+        for rule in re.split(r"^(?=<)", file.read_text(encoding="utf-8"), flags=re.M):
+            for name in set(OBJECT_OF_KV.findall(rule)) - {"size_hint_x", "size_hint_y"}:
+                used = re.findall(rf"^ +(?!on_)\w+:.*\b(?:self|root)\.{name}\.\w+", rule, re.M)
+                found += [f"{file.name}: {line.strip()}" for line in used]
+    assert found == []
+
+
 def test_every_kv_file_has_its_place():
     assert {file for place in PLACES for file in KV_DIR.glob(f"{place}.kv")} == set(Path(KV_DIR).rglob("*.kv"))

@@ -302,14 +302,19 @@ def test_a_screen_that_is_not_shown_reads_nothing(ui, background):
     assert read == [0]
 
 
-def test_a_view_model_hears_of_the_language_while_shown(ui, bus):
+def test_a_view_model_hears_of_the_language_while_shown_or_before_it_is_shown_again(ui, bus):
     model = Model(bus)
     translator.use("en")
     model.open()
     translator.use("en")
     model.close()
+    translator.use("fi")
+    assert model.calls == [("opened", {}), "retranslated", "closed"]
+    model.open()
     translator.use("en")
-    assert model.calls.count("retranslated") == 1
+    model.close()
+    model.open()
+    assert model.calls[3:] == ["retranslated", ("opened", {}), "retranslated", "closed", ("opened", {})]
 
 
 def test_opening_twice_subscribes_once(ui, bus):

@@ -114,6 +114,7 @@ class ViewModel(EventDispatcher):
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._kept: list[Callable[[], object]] = []
+        self._language = translator.language  # of its texts
         self.is_open = False
 
     def opened(self, *_args: Any, **intent: Any) -> None:
@@ -138,8 +139,14 @@ class ViewModel(EventDispatcher):
         if self.is_open:
             self.close()
         self.is_open = True
-        self.keep(translator.subscribe(self.retranslated))
+        self.keep(translator.subscribe(self._translate))
+        if self._language != translator.language:  # switched while it was hidden
+            self._translate()
         self.opened(**intent)
+
+    def _translate(self) -> None:
+        self._language = translator.language
+        self.retranslated()
 
     def close(self) -> None:
         """Called by the screen."""

@@ -85,6 +85,7 @@ class LogsViewModel(ViewModel):
         self.close_story()
 
     def retranslated(self) -> None:
+        self._items = self._listed(self.facts, self._shell.mission_names.known)
         self._show()
         self.read()
 

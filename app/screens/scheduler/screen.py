@@ -82,7 +82,6 @@ class SchedulerViewModel(OnTimeline):
         self._wanted = schedule_id
         if form is not None:
             self.show_form(form)
-        self.form.retranslated()  # in Settings, since
         self.keep(self._shell.bus.subscribe(Changed, self._changed))
         self.keep(self._refresher.start())
         self.keep(self.advice.opened())

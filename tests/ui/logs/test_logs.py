@@ -11,6 +11,7 @@ import pytest
 
 from app.domain.execution import State
 from app.domain.robot import MissionParameter
+from app.i18n import translator
 from app.screens.logs.cards import RunsList
 from app.services.files.history_export import COLUMNS
 from app.services.files.places import Place, PlaceKind
@@ -59,6 +60,19 @@ def test_runs_are_listed_newest_first_below_their_days_with_their_reasons(screen
     )
     assert second.meta == "Battery 12 % stayed under 30 % until 14:30"
     assert "Yesterday" in {item.title for item in screen.logs.rows}
+
+
+def test_after_the_language_was_switched_elsewhere_they_are_in_it_at_once(screen, ui):
+    screen.shell.go("settings")
+    settle(screen, ui)
+    try:
+        translator.use("fi")
+        screen.shell.go("logs")
+        assert screen.logs.rows[0].title == "Tänään"
+        assert ui.find(MenuChip, text="7 päivää")
+    finally:
+        translator.use("en")
+        settle(screen, ui)
 
 
 def test_the_numbers_of_outcomes_filter_the_list_and_a_second_tap_ends_that(screen, ui):

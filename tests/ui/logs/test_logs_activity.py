@@ -103,6 +103,7 @@ def test_a_finger_takes_the_lanes_to_an_earlier_time_and_back_to_now(screen, ui)
 def test_one_robot_can_be_looked_at_alone(screen, ui):
     choose(screen, ui, "All robots", "Veikko")
     assert [lane.name for lane in ui.find(Lanes).lanes] == ["Veikko"]
+    assert ui.find(MenuChip, text="Veikko").active
 
 
 def test_arrows_move_the_time_and_a_button_leads_back_to_now(screen, ui):
