@@ -204,7 +204,6 @@ _WAITED_FOR: Mapping[Wait, ReasonCode] = MappingProxyType(
     {
         Wait.BATTERY: ReasonCode.BATTERY_LOW,
         Wait.HOLD: ReasonCode.HOLD,
-        Wait.LATE_START: ReasonCode.HOLD,
         Wait.ROBOT: ReasonCode.NO_ROBOT,
         Wait.PLACE: ReasonCode.PLACE_BUSY,
     }
@@ -226,7 +225,9 @@ def reason_window_closed(execution: Execution, app_was_down: bool) -> Reason:
             else message("it may have run already, and there was no time to find out")
         )
         return Reason(ReasonCode.WINDOW_CLOSED, {"until": until, "problem": problem})
-    if app_was_down and execution.attempts == 0:
+    if execution.wait is Wait.LATE_START or (
+        app_was_down and execution.attempts == 0 and execution.wait is not Wait.CHECK_UP
+    ):
         return Reason(ReasonCode.APP_DOWN, {"until": until})
     return Reason(
         ReasonCode.WINDOW_CLOSED,

@@ -5,8 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 
 from app.domain import choice, conflicts
-from app.domain.execution import Execution, Reason, ReasonCode
-from app.domain.reasons import sentence
+from app.domain.execution import Execution
 from app.i18n import _
 from app.screens.common import execution_appearance, foreseen, formats
 from app.screens.common.group_starts import has_no_robot
@@ -84,13 +83,9 @@ def start_card(facts: SchedulerFacts, run: PlannedRun, now: datetime) -> Card:
         )
     held = ""
     if hold is not None:
-        held = (
-            _("On hold")
-            if hold.until is None
-            else sentence(
-                Reason(ReasonCode.HOLD, {"hold": hold.reason, "until": hold.until.isoformat()}), facts.zone, _
-            )
-        )
+        until = hold.until and formats.day_or_time(hold.until, facts.settings.timezone, now)
+        held = _("On hold until {time}").format(time=until) if until else _("On hold")
+        held = f"{held}: {_(hold.reason)}" if hold.reason else held
     others = of_groups.other_robots(facts, run)
     items = (
         Option("move", _("Move"), "arrow-left-right"),
