@@ -73,9 +73,9 @@ def find_target(container: Container, name: str) -> Robot | Group:
 
 
 def find_checked(c: sqlite3.Connection, name: str) -> Robot | Fleet:
-    """What ``--check-up`` is about: a robot or a fleet. Raises BadInput."""
+    """What ``--check-up`` is about: a robot or a fleet, which goes before its robot of the same name. Raises BadInput."""
     targets: list[Robot | Fleet] = [*RobotRepository().all(c), *FleetRepository().all(c)]
-    return _named(name, targets)
+    return _named(name, sorted(targets, key=lambda each: isinstance(each, Robot) and each.fleet is not None))
 
 
 def check_ups_of(container: Container, target: Robot | Fleet) -> CheckUps | FleetCheckUps:
@@ -94,7 +94,8 @@ def find_mission(container: Container, name: str, robot: Robot | Group) -> Missi
     """The mission of that name for this robot, else the one for all. Raises BadInput."""
     missions = container.repositories.missions.all(container.db.read())
     own = robot.id if isinstance(robot, Robot) else None
-    named = [m for m in missions if m.name in (name, names.normal(name)) and m.robot_id in (None, own)]
+    missions = [m for m in missions if m.robot_id in (None, own)]
+    named = [m for m in missions if m.name in (name, names.normal(name))]
     if not named:
         known = ", ".join(sorted({m.name for m in missions})) or "none yet"
         raise BadInput(f"there is no mission {name!r} for {robot.name}; known: {known}")
