@@ -10,7 +10,7 @@ from app.i18n import _
 from app.screens.common.robot_appearance import silence_word
 from app.services.planning.planned import PlannedRun
 
-ABOUT = "≈"
+ABOUT = "≈\N{NO-BREAK SPACE}"
 
 
 def whose(run: PlannedRun) -> str:
@@ -18,12 +18,12 @@ def whose(run: PlannedRun) -> str:
     if run.group is None:
         return run.robot.name
     group = _("any of {group}").format(group=run.group.name)
-    return f"{group} ({ABOUT} {run.robot.name})" if run.begins_at is not None else group
+    return f"{group} ({ABOUT}{run.robot.name})" if run.begins_at is not None else group
 
 
 def label(run: PlannedRun, words: str) -> str:
     """On a bar."""
-    return f"{ABOUT} {words}" if run.is_approximate else words
+    return f"{ABOUT}{words}" if run.is_approximate else words
 
 
 def lack(run: PlannedRun, refused: Collection[int]) -> str:

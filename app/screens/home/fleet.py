@@ -309,7 +309,7 @@ def heading(looks: Sequence[Look], has_alarms: bool) -> tuple[str, str]:
     if not all(each.is_known for each in looks):
         return formats.NOTHING, "timer-sand"
     if has_alarms:
-        return _("Alarms"), "bell-outline"
+        return _("No robot needs you"), "bell-outline"
     return _("All well"), "check"
 
 

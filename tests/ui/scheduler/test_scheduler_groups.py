@@ -38,10 +38,10 @@ def test_the_bar_of_a_group_says_that_its_robot_is_a_forecast(screen, container,
         if bar.key[:2] == ("schedule", schedule.id)
     ]
     [(name, bar)] = bars
-    assert (bar.label, bar.state) == (f"≈ {KITS}", "planned")
+    assert (bar.label, bar.state) == (f"≈\N{NO-BREAK SPACE}{KITS}", "planned")
     tap_bar(ui, ("schedule", schedule.id))
     card = card_of(ui)
-    assert f"any of Hall 1 (≈ {name})" in card.text
+    assert f"any of Hall 1 (≈\N{NO-BREAK SPACE}{name})" in card.text
     assert "A forecast: " in card.text
     assert "Edit" in [item.text for item in card.items]
 

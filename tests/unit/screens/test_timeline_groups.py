@@ -62,7 +62,7 @@ def lanes(facts=FACTS, **window):
 
 def test_a_start_lies_where_the_forecast_has_it_and_says_that_it_is_one():
     [bar] = lanes()[2].bars
-    assert (bar.label, bar.shorter, bar.state, bar.movable) == ("≈ Kits", (), "planned", False)
+    assert (bar.label, bar.shorter, bar.state, bar.movable) == ("≈\N{NO-BREAK SPACE}Kits", (), "planned", False)
     origin = timeline(FACTS, NOW).origin
     assert origin + timedelta(hours=bar.start) == FOUND.begins  # when a robot is free, not when it falls due
     assert [(bar.label, bar.state, bar.movable) for bar in lanes()[1].bars] == [("Kits", "planned", True)]
@@ -141,7 +141,7 @@ def test_the_card_says_what_none_of_the_robots_has():
 
 def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     assert bar_card.start_card(FACTS, FOUND, NOW).text.split("\n") == [
-        "any of Hall 1 (≈ Sisu) · Fri 20 Nov 13:04–13:14",
+        "any of Hall 1 (≈\N{NO-BREAK SPACE}Sisu) · Fri 20 Nov 13:04–13:14",
         "A forecast: Sisu will probably take it. The robot of Hall 1 is chosen at its time.",
         "Usually 10 min, nine of ten within 10 min",
     ]
