@@ -84,10 +84,11 @@ class Pane:
 
 
 def minutes_left(elapsed_s: float, usual_s: float) -> int | None:
-    """Of a mission, 0 if it should end soon; below 0 by how much it takes longer than usual."""
-    if elapsed_s > LONGER_THAN_USUAL * usual_s:
-        return -math.ceil((elapsed_s - usual_s) / 60)
-    return max(0, math.ceil((usual_s - elapsed_s) / 60))
+    """Of a mission, in whole ones as on its robot's page, 0 if it should end soon; below 0 by how much it takes longer than usual."""
+    left = usual_s - elapsed_s
+    if -(LONGER_THAN_USUAL - 1) * usual_s <= left <= 0:
+        return 0
+    return int(math.copysign(max(1, abs(left) // 60), left))
 
 
 def look(

@@ -180,10 +180,10 @@ def test_a_robot_that_was_not_asked_yet_is_unknown():
     ("elapsed", "usual", "fact"),
     [
         (60.0, 420.0, "6 min left"),
-        (301.0, 420.0, "2 min left"),
+        (301.0, 420.0, "1 min left"),
         (419.0, 420.0, "1 min left"),
         (430.0, 420.0, "Soon done"),
-        (700.0, 420.0, "5 min late"),
+        (700.0, 420.0, "4 min late"),
         (60.0, 9000.0, "2 h 29 min left"),
     ],
 )
