@@ -62,7 +62,7 @@ def open_check_up(context: PageContext, target: Robot | Fleet) -> None:
 
 
 class CheckUp(EventDispatcher):
-    """Of one robot or fleet. While it runs it is in ``context.check_ups``: pages may be built again."""
+    """Of one robot or fleet. While it runs, and if it ended early unseen, it is in ``context.check_ups``: pages may be built again."""
 
     title = StringProperty()
     part = OptionProperty("CheckUpBefore", options=("CheckUpBefore", "CheckUpRunning", "CheckUpReport"))
@@ -111,6 +111,7 @@ class CheckUp(EventDispatcher):
     def open(self, report: Report | None) -> None:
         """Show the progress, else the findings, else what it would do."""
         self.title = _("Check-up of {robot}").format(robot=self._target.name)
+        report = self._report or report
         if not self.is_running and report is not None:
             self._show_report(report)
         elif not self.is_running:
@@ -289,6 +290,8 @@ class CheckUp(EventDispatcher):
         self._show_report(report)
         self._context.refresh()
         if not is_seen:
+            if not report.is_complete:  # it is stored nowhere else: seen when it is opened again
+                self._context.check_ups[key_of(self._target)] = self
             said = view.ended_sentence(report)
             self._context.say(said.text, said.icon)
 

@@ -256,6 +256,19 @@ def test_it_continues_while_its_dialog_is_closed_and_reports_its_end(site, app, 
     ui.wait(lambda: stands(app).text == "Checked up today: 5 notes")
 
 
+def test_what_one_has_found_that_ended_early_unseen_is_shown_when_it_is_opened_again(site, app, ui, waiting):
+    dialog = opened(ui)
+    begin(ui, dialog)
+    ui.wait(lambda: dialog.vm.doing == "Asking who it is")
+    app.shell.go("home")
+    dialog.vm.stop()
+    waiting.go_on.set()
+    ui.wait(lambda: any(text.startswith("The check-up of Aino ended early") for text in ui.texts()))
+    go(ui, "robots")
+    ui.wait(lambda: titles(ui))
+    assert "It was stopped" in opened(ui).vm.verdict.note
+
+
 def test_it_can_be_stopped_when_the_screens_were_built_again(site, app, ui, waiting):
     close(ui, begun := opened(ui))
     begun.vm.begin()
