@@ -10,7 +10,7 @@ import functools
 import logging
 import os
 import sqlite3
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import NamedTuple
@@ -18,13 +18,11 @@ from typing import NamedTuple
 from app.database import files
 from app.database.check_ups import CheckUpRepository
 from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_code, translated
-from app.database.robots import Hold, HoldRepository, RobotRepository
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.schema_figures import RECOUNT
-from app.database.settings import WRONG_PINS, SettingsRepository
+from app.database.settings import BACKUP_HEARTBEAT, WRONG_PINS, SettingsRepository
 from app.database.value_checks import LARGEST_IN_BACKUP, problem_in_backup
 from app.database.values import to_instant, to_text
-from app.domain.check_up import LeftBehind
 from app.domain.message import Message, message, message_of_system
 from app.domain.models import Settings
 
@@ -34,6 +32,9 @@ HEARTBEAT_AGE = timedelta(minutes=1)  # more than the app lets pass between two
 NOT_RESTORED = message("The backup {path} can't be restored ({problem}). Nothing was changed, so choose another one")[
     "msgid"
 ]
+CHECK_UP_LEFT = message(
+    "Nothing was restored: a check-up has left changes on {robots}. Wait until they are undone, or delete the robot"
+)["msgid"]
 BACKUPS = "backups"  # the directory, in the data directory
 KEPT = 7  # daily ones
 COPIED = 100_001  # rows of a table that are looked at before a restore
@@ -185,10 +186,14 @@ def restore(backup: Path, path: Path, now: datetime, check: Check | None = None)
     """Replace the database by a backup; the caller holds the instance lock and no connection.
 
     The replaced file is kept under a new name, which is returned. The installation's id is restored too, so that the
-    same instants get the same tokens. Raises DatabaseRefused if the backup can't be used; then nothing was changed.
-    Interrupted after its copy is complete, it is finished by the next start.
+    same instants get the same tokens. Raises DatabaseRefused if the backup can't be used, or while a check-up has changes
+    on a robot that only the present database can undo; then nothing was changed. Interrupted after its copy is complete,
+    it is finished by the next start.
     """
     path = path.absolute()
+    left = _left_by(path)
+    if left.checked_up:
+        raise DatabaseRefused(CHECK_UP_LEFT, robots=", ".join(left.checked_up))
     part = _part(path)
     try:
         files.make_directory(path.parent)
@@ -196,7 +201,7 @@ def restore(backup: Path, path: Path, now: datetime, check: Check | None = None)
             unfinished.callback(part.unlink, missing_ok=True)
             if problem := _copied(backup, part, check):
                 raise DatabaseRefused(NOT_RESTORED, path=backup, problem=problem)
-            _note_restore(part, path, now)
+            _note_restore(part, left, now)
             os.utime(part, (now.timestamp(), now.timestamp()))
             part.replace(_ready(path))
         files.sync_directory(path.parent)
@@ -254,10 +259,10 @@ def _finish(path: Path) -> Path | None:
     return kept
 
 
-def _note_restore(file: Path, former: Path, now: datetime) -> None:
+def _note_restore(file: Path, left: _Left, now: datetime) -> None:
     """Update it to this version, compute counts again, record the restore, continue ids beyond all that were used since
-    the backup, and keep the count of wrong PINs, until when the app ran, and what trials have not undone on robots."""
-    settings, (wrong, ran_until, trials) = SettingsRepository(), _left_by(former)
+    the backup, and keep the count of wrong PINs and until when the app ran."""
+    settings = SettingsRepository()
     with contextlib.closing(sqlite3.connect(file, isolation_level=None)) as connection:
         configured(connection)
         connection.execute("PRAGMA journal_mode = DELETE")
@@ -266,40 +271,11 @@ def _note_restore(file: Path, former: Path, now: datetime) -> None:
         connection.executescript("".join([*MIGRATIONS[version:], RECOUNT, f"PRAGMA user_version = {len(MIGRATIONS)};"]))
         connection.execute("BEGIN IMMEDIATE")
         settings.put(connection, "restored_at", to_text(now))
-        settings.put(connection, "former_ran_until", ran_until and to_text(ran_until))
-        settings.put(connection, WRONG_PINS, max(wrong, settings.get(connection, WRONG_PINS, 0)))
+        settings.put(connection, BACKUP_HEARTBEAT, settings.get(connection, "heartbeat"))
+        settings.put(connection, "former_ran_until", left.ran_until and to_text(left.ran_until))
+        settings.put(connection, WRONG_PINS, max(left.wrong_pins, settings.get(connection, WRONG_PINS, 0)))
         connection.execute("UPDATE sqlite_sequence SET seq = seq + ?", (SEQUENCE_GAP,))
-        trials.put(connection)
         connection.execute("COMMIT")
-
-
-class _Trials(NamedTuple):
-    """What trials have changed on robots and fleets and not undone yet, by their ids, and all holds."""
-
-    on_robots: Mapping[int, LeftBehind]
-    on_fleets: Mapping[int, LeftBehind]
-    holds: Collection[Hold]
-
-    @classmethod
-    def get(cls, c: sqlite3.Connection) -> _Trials:
-        check_ups = CheckUpRepository()
-        return cls(check_ups.left_behind(c), check_ups.left_on_fleets(c), HoldRepository().all(c))
-
-    def put(self, c: sqlite3.Connection) -> None:
-        """With their holds, where robot and fleet exist there."""
-        check_ups = CheckUpRepository()
-        for robot_id, left in self.on_robots.items():
-            check_ups.note_left_behind(c, robot_id, left)
-        for fleet_id, left in self.on_fleets.items():
-            check_ups.note_left_on_fleet(c, fleet_id, left)
-        known = _Trials.get(c)
-        of_trials = {
-            id_ for left in (*known.on_robots.values(), *known.on_fleets.values()) for id_ in (left.hold, *left.holds)
-        }
-        robots = {robot.id for robot in RobotRepository().all(c)}
-        for hold in self.holds:
-            if hold.id in of_trials - {each.id for each in known.holds} and hold.robot_id in robots:
-                HoldRepository().add(c, hold)
 
 
 def _ran_until(former: sqlite3.Connection) -> datetime | None:
@@ -315,10 +291,17 @@ def _ran_until(former: sqlite3.Connection) -> datetime | None:
     return max(found, default=None)
 
 
-def _left_by(database: Path) -> tuple[int, datetime | None, _Trials]:
-    """Of the former database: how many wrong PINs were entered in a row, until when the app ran by its clock, and its
-    trials. 0, None and none where that can't be read."""
-    trials = _Trials({}, {}, ())
+class _Left(NamedTuple):
+    """Of the former database: how many wrong PINs were entered in a row, until when the app ran by its clock, and on
+    which robots and fleets a check-up has left changes."""
+
+    wrong_pins: int = 0
+    ran_until: datetime | None = None
+    checked_up: Sequence[str] = ()
+
+
+def _left_by(database: Path) -> _Left:
+    """Nothing where it can't be read."""
     is_whole = not files.size_of(files.sibling(database, "-wal"))  # then SQLite creates no files next to it
     try:
         with contextlib.closing(
@@ -326,8 +309,9 @@ def _left_by(database: Path) -> tuple[int, datetime | None, _Trials]:
         ) as connection:
             settings, former = SettingsRepository(), configured(connection)
             wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
-            with contextlib.suppress(sqlite3.Error, ValueError, TypeError, LookupError):
-                trials = _Trials.get(former)
-            return wrong, _ran_until(former), trials
+            checked_up: Sequence[str] = ()
+            with contextlib.suppress(sqlite3.Error):  # of a version without check-ups
+                checked_up = CheckUpRepository().names_left(former)
+            return _Left(wrong, _ran_until(former), checked_up)
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
-        return 0, None, trials
+        return _Left()

@@ -91,6 +91,14 @@ class CheckUpRepository:
         rows = c.execute("SELECT id, left_behind FROM current_fleets WHERE left_behind IS NOT NULL")
         return {row[0]: _left_behind(row[1]) for row in rows}
 
+    def names_left(self, c: sqlite3.Connection) -> list[str]:
+        """Of robots and fleets with changes of a trial that are not undone yet."""
+        rows = c.execute(
+            """SELECT name FROM current_robots WHERE id IN (SELECT robot_id FROM current_check_ups WHERE left_behind IS NOT NULL)
+                      UNION ALL SELECT name FROM current_fleets WHERE left_behind IS NOT NULL"""
+        )
+        return sorted(row[0] for row in rows)
+
     def note_left_on_fleet(self, c: sqlite3.Connection, fleet_id: int, left: LeftBehind | None) -> None:
         c.execute("UPDATE fleets SET left_behind = ? WHERE id = ?", (left and to_json(asdict(left)), fleet_id))
 

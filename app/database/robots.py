@@ -230,10 +230,10 @@ class HoldRepository:
         ]
 
     def add(self, c: sqlite3.Connection, hold: Hold) -> Hold:
-        """Returns it with its id, a new one where it has none."""
+        """Returns it with its id."""
         cursor = c.execute(
-            "INSERT INTO holds (id, robot_id, reason, started_at, until) VALUES (?, ?, ?, ?, ?)",
-            (hold.id or None, hold.robot_id, hold.reason, to_optional_text(hold.since), to_optional_text(hold.until)),
+            "INSERT INTO holds (robot_id, reason, started_at, until) VALUES (?, ?, ?, ?)",
+            (hold.robot_id, hold.reason, to_optional_text(hold.since), to_optional_text(hold.until)),
         )
         return replace(hold, id=cursor.lastrowid or 0)
 

@@ -14,6 +14,7 @@ from app.domain.models import DayException, Settings
 
 NAMES = frozenset(field.name for field in fields(Settings))
 WRONG_PINS = "settings_pin_wrong"  # name of the row that counts the wrong PINs for Settings in a row
+BACKUP_HEARTBEAT = "backup_heartbeat"  # of a restored backup: the app may have been on after it
 DECLINED_PLACES = "declined_places"  # of the row with the guids of positions that shall not be proposed as places again
 STEPS_LEFT_OUT = "steps_left_out"  # of the row with the steps of the set-up that somebody does not want
 CLOCK_CONFIRMED_AT = (

@@ -102,8 +102,8 @@ _TEMPLATES: Mapping[ReasonCode, Sequence[Template]] = MappingProxyType(
             ((), "Its previous run had not ended"),
         ),
         ReasonCode.HOLD: (
-            (("hold", "until"), "On hold until its start window closed at {until}: {hold}"),
-            (("until",), "On hold until its start window closed at {until}"),
+            (("hold", "until"), "On hold until its start window closed on {until_with_date}: {hold}"),
+            (("until",), "On hold until its start window closed on {until_with_date}"),
             (
                 ("starts", "dates", "paused_until"),
                 "{starts} starts were not run, {dates}: the schedule was paused until {paused_until_with_date}",

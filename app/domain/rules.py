@@ -190,7 +190,7 @@ def after_failed_attempt(execution: Execution, settings: Settings, problem: Mess
 
 def reason_overtaken(idle: Execution, now: datetime) -> Reason:
     """Why an idle mission was not sent before its robot was used, or something else was planned."""
-    if idle.wait in (Wait.DUE, Wait.RETRY):  # nothing had held it up
+    if idle.wait in (Wait.DUE, Wait.RETRY, Wait.HOLD):  # nothing else had held it up
         return Reason(ReasonCode.OVERLAP, {"idle": True})
     return reason_window_closed(replace(idle, closes_at=now), app_was_down=False)
 

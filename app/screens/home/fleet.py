@@ -84,7 +84,7 @@ class Pane:
 
 
 def minutes_left(elapsed_s: float, usual_s: float) -> int | None:
-    """Of a mission, in whole ones as on its robot's page, 0 if it should end soon; below 0 by how much it takes longer than usual."""
+    """Of a mission, in whole ones, 0 if it should end soon; below 0 by how much it takes longer than usual."""
     left = usual_s - elapsed_s
     if -(LONGER_THAN_USUAL - 1) * usual_s <= left <= 0:
         return 0
@@ -310,7 +310,7 @@ def heading(looks: Sequence[Look], has_alarms: bool) -> tuple[str, str]:
     if not all(each.is_known for each in looks):
         return formats.NOTHING, "timer-sand"
     if has_alarms:
-        return _("No robot needs you"), "bell-outline"
+        return _("Look at the alarms"), "bell-outline"
     return _("All well"), "check"
 
 

@@ -85,7 +85,8 @@ class LogsViewModel(ViewModel):
         self.close_story()
 
     def retranslated(self) -> None:
-        self._items = self._listed(self.facts, self._shell.mission_names.known)
+        first = replace(self.facts, rows=self.facts.rows[:PAGE])  # the others when they are read
+        self._items = self._listed(first, self._shell.mission_names.known)
         self._show()
         self.read()
 
@@ -305,9 +306,8 @@ class LogsViewModel(ViewModel):
 
     def choose_more(self, anchor: Widget) -> None:
         """Commands for the list."""
-        text = view.export_text(self.facts.count)
-        off = _("Being exported") if self.files.exporting else "" if self.facts.count else text
-        export = Option("export", text, "file-export-outline", off=off)
+        off = _("Being exported") if self.files.exporting else "" if self.facts.count else _("Nothing to export")
+        export = Option("export", view.export_text(self.facts.count), "file-export-outline", off=off)
         self._shell.dialogs.menu(anchor, "", [export], lambda _key: self.files.export())
 
 

@@ -13,10 +13,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 
-from app.database.backups import HEARTBEAT_AGE
 from app.database.connection import Database
-from app.database.settings import CLOCK_CONFIRMED_AT, SettingsRepository
-from app.database.values import to_optional_instant
+from app.database.settings import BACKUP_HEARTBEAT, CLOCK_CONFIRMED_AT, SettingsRepository
+from app.database.values import to_optional_instant, to_text
 from app.domain.clock import EARLIEST, Clock, ClockReading
 from app.domain.message import Message, message
 from app.services.dispatch.timing import CLOCKS_AGREE, FIRST_DOUBT, REPORTED_STEP
@@ -337,12 +336,8 @@ class ClockGuard:
         if gap is not None and (end := min(gap.end, now)) - gap.start >= SHORTEST_ABSENCE:
             c = self._db.read()
             zone = self._settings.load(c).timezone
-            restored_at, ran_until = self._settings.restored_at(c), self._settings.former_ran_until(c)
-            # the app may have been on, a backup can't know; at the restore the clock may have been wrong
-            is_forgotten = any(
-                at is not None and gap.start < at <= end
-                for at in (restored_at, ran_until and ran_until - HEARTBEAT_AGE)
-            )
+            # the app may have been on since the backup was made
+            is_forgotten = to_text(gap.start) == self._settings.get(c, BACKUP_HEARTBEAT)
             self._alarms.raise_(
                 "backup_restored" if is_forgotten else "app_was_off",
                 "app",

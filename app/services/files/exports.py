@@ -16,7 +16,8 @@ from typing import TextIO
 
 import platformdirs
 
-from app.database.backups import BACKUPS, NOT_RESTORED, back_up, backups_of, problem_of
+from app.database.backups import BACKUPS, CHECK_UP_LEFT, NOT_RESTORED, back_up, backups_of, problem_of
+from app.database.check_ups import CheckUpRepository
 from app.database.connection import Database
 from app.database.errors import DatabaseError
 from app.database.execution_history import ExecutionFilter
@@ -133,7 +134,9 @@ class DataFiles:
         return FoundFile.at(path)
 
     def check_backup(self, path: Path) -> None:
-        """Raises InvalidInput when this file can't be restored."""
+        """Raises InvalidInput when this file can't be restored, or none can now."""
+        if names := CheckUpRepository().names_left(self._db.read()):
+            raise InvalidInput("path", CHECK_UP_LEFT, robots=", ".join(names))
         if problem := problem_of(path, check=find_problem):
             raise InvalidInput("path", NOT_RESTORED, path=path, problem=problem)
 

@@ -35,16 +35,17 @@ class Holds:
         self.is_copy: Message | None = None  # why nothing may be sent from this tablet
         self._wall_ahead: float | None = None  # of the monotonic clock, in s, when the wall clock was judged last
         self._stored: list[Hold] = []
+        self._is_old = False
         self.reload()
         changes.subscribe(self._changed)
 
     def _changed(self, topic: Topic, _about: int | None) -> None:
-        """That of a removed robot is none, until the robot is back."""
-        if topic is Topic.ROBOTS:
-            self.reload()
+        """A robot's hold goes with the robot, and comes back with it."""
+        self._is_old |= topic in (Topic.HOLDS, Topic.ROBOTS)
 
     def reload(self) -> None:
         with self._lock:  # else what was read earlier may replace what was read later
+            self._is_old = False
             self._stored = self._repository.all(self._db.read())
 
     def check_is_no_copy(self) -> None:
@@ -72,6 +73,8 @@ class Holds:
 
     def current(self) -> list[Hold]:
         """Those that an operator set and that have not expired, oldest first."""
+        if self._is_old:
+            self.reload()
         now = self._clock.now()
         return [hold for hold in self._stored if not hold.is_over(now)]
 

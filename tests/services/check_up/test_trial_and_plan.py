@@ -79,7 +79,7 @@ def test_the_reason_of_a_hold_is_said_in_the_language_of_the_screen(site, check_
     site.container.holds.hold(HOLD, robot_id=robot.id)
     assert said() == (
         "R1 is on hold (Check-up): check up when it is released",
-        "On hold until its start window closed at 12:00: Check-up",
+        "On hold until its start window closed on 23 Nov 2026 12:00: Check-up",
     )
     translator.use("fi")
     try:

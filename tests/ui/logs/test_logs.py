@@ -191,7 +191,7 @@ def test_where_nothing_is_found_the_screen_says_so_and_nothing_can_be_exported(s
     tick(screen, ui, "Started by", "Idle")
     assert "Nothing found" in ui.texts()
     tap(screen, ui, ui.find(IconButton, icon="dots-vertical"))
-    assert [item.off for item in ui.find(Menu).items] == ["Export 0 runs"]
+    assert [item.off for item in ui.find(Menu).items] == ["Nothing to export"]
 
 
 # ---------------------------------------------------------------------- paged, exported

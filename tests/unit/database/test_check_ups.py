@@ -8,11 +8,11 @@ from datetime import UTC, datetime
 import pytest
 
 from app.container import Container
-from app.database.backups import back_up, restore
+from app.database.backups import back_up
 from app.database.check_ups import CheckUpRepository
 from app.domain.check_up import Finding, LeftBehind, Level, Report, Rest, RobotProfile, Topic
 from app.domain.message import message
-from app.domain.models import Fleet, Robot
+from app.domain.models import Fleet, InvalidInput, Robot
 from tests.support.clock import VirtualClock
 
 PROFILE = RobotProfile(
@@ -129,25 +129,11 @@ def test_what_was_left_behind_is_stored_with_it(container, robot):
     assert CHECK_UPS.report(container.db.read(), robot.id) == REPORT
 
 
-def test_a_restored_backup_knows_what_was_left_since_on_robots_and_fleets_that_it_has(container, robot, tmp_path):
+def test_no_backup_can_be_chosen_while_changes_are_left_on_robots_or_fleets(container, robot, tmp_path):
     fleet = container.catalogue.save_fleet(Fleet("Hall", "10.0.0.50", username="user"), password="secret")
     back_up(container.db.path, tmp_path / "before.db")
-    later = container.catalogue.save_robot(Robot("R2", "http://10.0.0.2", "admin"), password="admin")
-    holds = [container.holds.hold("Check-up", robot_id=each.id) for each in (robot, later)]
-    holds.append(container.holds.hold("Audit"))
-    on_robot, on_later = (LeftBehind("S1", tokens=("a",), hold=hold.id) for hold in holds[:2])
-    on_fleet = LeftBehind("F1", vehicle="7", holds=(holds[0].id,))
-
-    def leave(c):
-        CHECK_UPS.note_left_behind(c, robot.id, on_robot)
-        CHECK_UPS.note_left_behind(c, later.id, on_later)
-        CHECK_UPS.note_left_on_fleet(c, fleet.id, on_fleet)
-
-    container.db.write(leave)
-    container.close()
-    restore(tmp_path / "before.db", container.db.path, container.clock.now())
-    again = Container.open(tmp_path, container.clock)
-    assert CHECK_UPS.left_behind(again.db.read()) == {robot.id: on_robot}
-    assert CHECK_UPS.left_on_fleets(again.db.read()) == {fleet.id: on_fleet}
-    assert again.holds.current() == holds[:1]
-    again.close()
+    container.files.check_backup(tmp_path / "before.db")
+    container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, LeftBehind("S1")))
+    container.db.write(lambda c: CHECK_UPS.note_left_on_fleet(c, fleet.id, LeftBehind("F1")))
+    with pytest.raises(InvalidInput, match="a check-up has left changes on Hall, R1"):
+        container.files.check_backup(tmp_path / "before.db")

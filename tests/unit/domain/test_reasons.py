@@ -91,7 +91,11 @@ def test_a_robot_is_named_in_the_place_of_its_own_address(text, address):
             {"mission": True},
             "There is no such mission: choose another or create it",
         ),
-        (ReasonCode.HOLD, {"until": NOON + timedelta(days=2)}, "On hold until its start window closed at 14:00"),
+        (
+            ReasonCode.HOLD,
+            {"until": NOON + timedelta(days=2)},
+            "On hold until its start window closed on 25 Nov 2026 14:00",
+        ),
         (ReasonCode.HOLD, {"skipped_at": NOON}, "Skipped by a person on 23 Nov 2026 14:00"),
         (
             ReasonCode.APP_DOWN,

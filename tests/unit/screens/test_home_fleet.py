@@ -357,7 +357,7 @@ def test_only_normal_robots_are_counted_in_the_head():
 def test_all_is_well_only_if_all_are_known_and_nothing_is_open():
     ready = numbered(1, sample.READY)
     assert heading([ready], has_alarms=False)[0] == "All well"
-    assert heading([ready], has_alarms=True)[0] == "No robot needs you"
+    assert heading([ready], has_alarms=True)[0] == "Look at the alarms"
     assert heading([ready, seen(AINO, RobotSnapshot(1))], has_alarms=False)[0] == "–"
 
 
