@@ -199,6 +199,16 @@ def test_the_card_of_a_start_that_was_moved_says_where_it_was(where, said):
     assert bar_card.start_card(facts(), run, NOW).text.splitlines()[2] == said
 
 
+@pytest.mark.parametrize(
+    ("reason", "minutes", "line"),
+    [("Maintenance", 30, "On hold until 15:08: Maintenance"), ("", 30, "On hold until 15:08"), ("", None, "On hold")],
+)
+def test_the_card_of_a_start_says_until_when_it_is_on_hold_and_why(reason, minutes, line):
+    until = NOW + timedelta(minutes=minutes) if minutes else None
+    plan = facts(holds=(Hold(reason, until, NOW),))
+    assert line in bar_card.start_card(plan, planned(22), NOW).text.splitlines()
+
+
 def test_a_start_can_be_given_to_another_robot_where_one_is_in_use():
     def offered(plan):
         items = {item.key: item for item in bar_card.start_card(plan, planned(22), NOW).items}

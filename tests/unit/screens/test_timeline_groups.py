@@ -147,6 +147,7 @@ def test_the_card_at_the_bar_says_that_it_is_a_forecast():
     ]
     assert "no robot of Hall 1 will be free" in bar_card.start_card(FACTS, NOT_FOUND, NOW).text
     assert "forecast" not in bar_card.start_card(FACTS, FIXED, NOW).text
+    assert [item.off for item in bar_card.start_card(FACTS, FOUND, NOW).items if item.key == "move"] == [""]
 
 
 # ---------------------------------------------------------------------- conflicts
