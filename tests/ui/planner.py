@@ -155,7 +155,7 @@ def menu(app, ui, schedule: Schedule, word: str) -> None:
     ui.advance(1)  # rows that a press has moved take no tap for a moment
     ui.tap(ui.find(IconButton, row(ui, schedule), icon="dots-vertical"))
     ui.advance(0.3)
-    ui.tap(ui.find(MenuRow, text=word))
+    ui.tap(ui.find(root=ui.find(Menu), text=word))
     settle(app, ui)
 
 

@@ -213,10 +213,20 @@ class FormModel(EventDispatcher):
         else:
             self._changed()
         if not is_said:
-            self._shell.snackbars.show(
-                _("{name} is planned").format(name=name) if draft.is_new else _("{name} is changed").format(name=name),
-                icon="calendar-check",
+            words = _("{name} is planned") if draft.is_new else _("{name} is changed")
+            self._shell.offer_undo(
+                words.format(name=name),
+                lambda: self._take_back(draft.base, schedule),
+                self._forecast_later,
+                about=about(schedule.id),
             )
+
+    def _take_back(self, before: Schedule | None, saved: Schedule) -> None:
+        catalogue = self._services.catalogue
+        if before is None:
+            catalogue.remove_schedule(saved.id)
+        else:
+            catalogue.change_back(before, saved)
 
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
         self.saving, name = None, form_view.called(self._facts, draft)
