@@ -111,7 +111,7 @@ class CheckUp(EventDispatcher):
     def open(self, report: Report | None) -> None:
         """Show the progress, else the findings, else what it would do."""
         self.title = _("Check-up of {robot}").format(robot=self._target.name)
-        report = self._report or report
+        report = max(filter(None, (self._report, report)), key=lambda each: each.began_at, default=None)
         if not self.is_running and report is not None:
             self._show_report(report)
         elif not self.is_running:

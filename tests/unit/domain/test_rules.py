@@ -90,6 +90,19 @@ def test_a_closed_window_ends_with_what_held_the_execution(execution, was_down, 
     assert (reason.code, reason.state) == (code, state)
 
 
+@pytest.mark.parametrize(
+    ("wait", "code"),
+    [
+        (Wait.DUE, ReasonCode.OVERLAP),
+        (Wait.RETRY, ReasonCode.OVERLAP),
+        (Wait.HOLD, ReasonCode.OVERLAP),  # no start window has closed
+        (Wait.BATTERY, ReasonCode.BATTERY_LOW),
+    ],
+)
+def test_an_idle_mission_that_was_overtaken_says_what_had_held_it_up(wait, code):
+    assert rules.reason_overtaken(row(trigger=Trigger.IDLE, wait=wait), NOON).code is code
+
+
 def test_due_together_on_one_robot_goes_by_priority_then_time_then_name():
     late, early = row(id=1, planned_at=NOON + timedelta(minutes=1), schedule="a"), row(id=2, schedule="b")
     first_by_name, urgent = row(id=3, schedule="a"), row(id=4, priority=5, planned_at=NOON + timedelta(minutes=9))
