@@ -41,6 +41,7 @@ class State(StrEnum):
 
 OPEN_STATES = (State.WAITING, State.SUBMITTING, State.QUEUED, State.EXECUTING)
 ENDED_STATES = tuple(state for state in State if state not in OPEN_STATES)
+MUCH_LONGER = 1.5  # times the usual duration of a run, after which it is called late
 
 
 class ReasonCode(StrEnum):
@@ -240,3 +241,10 @@ class DurationEstimate:
     def quick_s(self) -> float:
         """The time that nine of ten runs exceeded; 0 if none was measured."""
         return self.samples_s[self.runs - math.ceil(0.9 * self.runs)] if self.samples_s else 0.0
+
+    def left_s(self, elapsed_s: float) -> float:
+        """Of a run, in seconds: 0 if it should end soon, negative if it takes much longer than the runs before it. A typed value
+        is what somebody expects, so no run is late by it."""
+        left = self.median_s - elapsed_s
+        is_late = elapsed_s > MUCH_LONGER * self.median_s and not self.typed
+        return left if left > 0 or is_late else 0.0

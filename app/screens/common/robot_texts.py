@@ -51,7 +51,8 @@ _KNOWN: tuple[tuple[str, Words], ...] = (
     (r"elevator|\blift\b", lambda: (_("The lift doesn't answer"), _("Look at the lift. Then reset."))),
     (r"plc|register", lambda: (_("A machine doesn't answer"), _("Look at the machine. Then reset."))),
     (r"\bcart\b|shelf|pallet", lambda: (_("Can't take its load"), _("Look at the load. Then reset."))),
-    (r"user request|was stopped", lambda: (_("Cancelled at the robot"), "")),
+    (r"user request", lambda: (_("Cancelled at the robot"), "")),
+    (r"was stopped", lambda: (_("Stopped at the robot"), "")),  # by a person, or as the robot was switched off
     (r"time.?out", lambda: (_("It waited too long"), _("Look what it waits for. Then reset."))),
 )
 

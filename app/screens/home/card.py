@@ -27,7 +27,6 @@ from app.screens.common.robot_texts import problem_of_status
 from app.screens.home.facts import HomeFacts
 from app.screens.home.today import next_words
 
-LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is marked
 _CHARGES_TO = re.compile(r"Charging until battery reaches (\d+) ?%")
 
 
@@ -276,12 +275,12 @@ def _working(shown: Card, facts: HomeFacts, status: RobotStatus, now: datetime) 
     if usual is None or not usual.median_s:
         return replace(shown, end=_("since {time}").format(time=formats.clock_time(since, facts.settings.timezone)))
     elapsed = (now - since).total_seconds()
-    left, end = usual.median_s - elapsed, since + timedelta(seconds=usual.median_s)
+    left, end = usual.left_s(elapsed), since + timedelta(seconds=usual.median_s)
     shown = replace(shown, progress=min(1.0, max(0.0, elapsed / usual.median_s)))
-    if elapsed > LONGER_THAN_USUAL * usual.median_s and not usual.typed:
+    if left < 0:
         words = _("{time} longer than usual").format(time=formats.rough_duration(-left))
         return replace(shown, end=words, end_tone="attention")
-    if left <= 0:
+    if not left:
         return replace(shown, left=_("soon done"))
     at = "" if any(hold.clock for hold in facts.holds) else formats.day_and_time(end, facts.settings.timezone, now)
     return replace(

@@ -27,7 +27,6 @@ from app.screens.common.robot_groups import CALM, NEEDS_HELP, URGENCY, Group, co
 from app.screens.common.robot_texts import Problem, problem_of_status
 from app.widgets.items import Action, Item, Option
 
-LONGER_THAN_USUAL = 1.5  # times the usual duration, above which it is said
 NAMED_UP_TO = 3  # robots in one row; more are counted
 GROUPED_OVER = 56  # robots, which no longer fit on a page
 ON_WALL = 3  # rows of the wall view
@@ -83,12 +82,9 @@ class Pane:
     more: str = ""  # robots that the wall view doesn't show
 
 
-def minutes_left(elapsed_s: float, usual_s: float) -> int | None:
-    """Of a mission, in whole ones, 0 if it should end soon; below 0 by how much it takes longer than usual."""
-    left = usual_s - elapsed_s
-    if -(LONGER_THAN_USUAL - 1) * usual_s <= left <= 0:
-        return 0
-    return int(math.copysign(max(1, abs(left) // 60), left))
+def minutes_left(left_s: float) -> int:
+    """Of a mission, in whole ones; 0 if it should end soon, below 0 by how much it takes longer than usual."""
+    return int(math.copysign(max(1, abs(left_s) // 60), left_s)) if left_s else 0
 
 
 def look(

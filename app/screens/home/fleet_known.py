@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
 
 from app.domain.activity import NO_DATA
-from app.domain.execution import Execution
+from app.domain.execution import DurationEstimate, Execution
 from app.screens.common.alarms_view import id_in
 from app.screens.common.shell import Shell
 from app.screens.common.view_model import Refresher
@@ -22,7 +22,7 @@ class Known:
 
     def __init__(self, services: HomeServices, shell: Shell, learnt: Callable[[], object]) -> None:
         self._services, self._learnt = services, learnt
-        self._usual: dict[int, float | None] = {}  # s, by execution; None: unknown
+        self._usual: dict[int, DurationEstimate | None] = {}  # by execution; None: unknown
         self._since: dict[int, datetime | None] = {}  # by robot; None: unknown
         self._runs: dict[int, Execution] = {}  # to be learnt, as
         self._robots: set[int] = set()
@@ -36,8 +36,8 @@ class Known:
     def keep_runs(self, open_ones: set[int]) -> None:
         self._usual = {number: usual for number, usual in self._usual.items() if number in open_ones}
 
-    def usual(self, run: Execution) -> float | None:
-        """How long it usually takes, s, as far as it is known."""
+    def usual(self, run: Execution) -> DurationEstimate | None:
+        """How long it usually takes, as far as it is known."""
         if run.id not in self._usual:
             self._runs[run.id] = run
             self._reader.request()
@@ -63,21 +63,20 @@ class Known:
         if self._robots:
             self._reader.request()
 
-    def _reading(self) -> Callable[[], tuple[dict[int, float | None], dict[int, datetime | None]]]:
+    def _reading(self) -> Callable[[], tuple[dict[int, DurationEstimate | None], dict[int, datetime | None]]]:
         services, runs, robots = self._services, self._runs, self._robots
         self._runs, self._robots = {}, set()
         return lambda: (_usual(services, runs), _since_when(services, robots) if robots else {})
 
-    def _take(self, found: tuple[dict[int, float | None], dict[int, datetime | None]]) -> None:
+    def _take(self, found: tuple[dict[int, DurationEstimate | None], dict[int, datetime | None]]) -> None:
         self._usual |= found[0]
         self._since |= {robot_id: since for robot_id, since in found[1].items() if not self._since.get(robot_id)}
         self._learnt()
 
 
-def _usual(services: HomeServices, runs: Mapping[int, Execution]) -> dict[int, float | None]:
+def _usual(services: HomeServices, runs: Mapping[int, Execution]) -> dict[int, DurationEstimate | None]:
     """Off the UI thread."""
-    found = {number: services.history.expected(run.robot_id or 0, run.mission_guid) for number, run in runs.items()}
-    return {number: expected.median_s if expected else None for number, expected in found.items()}
+    return {number: services.history.expected(run.robot_id or 0, run.mission_guid) for number, run in runs.items()}
 
 
 def _since_when(services: HomeServices, robots: set[int]) -> dict[int, datetime | None]:

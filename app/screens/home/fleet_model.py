@@ -266,7 +266,7 @@ class FleetViewModel(FleetState, ViewModel):
         if run is None or run.started_at is None or number not in (None, run.queue_id):
             return None
         usual = self._known.usual(run)
-        return minutes_left((now - run.started_at).total_seconds(), usual) if usual else None
+        return minutes_left(usual.left_s((now - run.started_at).total_seconds())) if usual and usual.median_s else None
 
     # ------------------------------------------------------------------ showing
     def _show(self, by_hand: bool = False) -> None:

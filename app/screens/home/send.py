@@ -160,7 +160,7 @@ def _on_group(facts: HomeFacts, group: Group, mission: Mission, now: datetime) -
     elif not off and len(lack) == len(members):
         off = _("No robot of {group} has this mission").format(group=group.name)
     held = run_words(hold, None, closes_at, zone, now)
-    starts = held[0] if held else _("Starts when a robot is free")
+    starts = held[0] if held else _("Starts on the first free robot")
     if group.hand_over is HandOver.AT_ONCE and hold is None:
         starts = _("Starts at once, also on a busy robot")
     waits = _("Waits until {time} at most.").format(time=formats.day_and_time(closes_at, zone, now))

@@ -5,10 +5,11 @@ Every function raises InvalidInput before it has written anything.
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 from app.domain.execution import Reason, ReasonCode, Trigger
-from app.domain.models import Fleet, IdleRule, InvalidInput, Mission, Robot
+from app.domain.models import Fleet, FleetKind, IdleRule, InvalidInput, Mission, Robot
 from app.mir.credentials import with_token
 from app.services.catalogue import change_log, fields, generated_names, group_edit
 from app.services.catalogue.edit import Edit, Removed
@@ -16,6 +17,8 @@ from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.transitions import NOT_WITH_THE_ROBOT, Event
 from app.services.live.changes import Topic
+
+_NUMBER = re.compile(r"0|[1-9][0-9]*")
 
 
 def save(
@@ -51,6 +54,9 @@ def _check_way(robot: Robot, stored: Robot | None, password: str | None) -> None
         raise InvalidInput("password", "enter a password")
     if bool(robot.vehicle) is (robot.fleet is None):
         raise InvalidInput("vehicle", "a robot of a fleet needs its id at the fleet, others have none")
+    is_classic = robot.fleet is not None and robot.fleet.kind is FleetKind.CLASSIC
+    if is_classic and not robot.is_any and not _NUMBER.fullmatch(robot.vehicle):
+        raise InvalidInput("vehicle", "a robot's id at MiR Fleet is a number, such as 7, or any")
     if robot.fleet is not None and password is not None:
         raise InvalidInput("password", "{fleet} has the password of this robot: enter it there", fleet=robot.fleet.name)
     if stored is not None and way(robot) != way(stored):

@@ -107,7 +107,12 @@ def test_a_removed_fleet_is_not_put_back_where_its_address_is_taken(world, fleet
 
 
 def test_a_robot_of_a_fleet_needs_its_id_there_and_has_it_once(world, fleet, robot):
-    for vehicle, problem in (("", "needs its id"), ("7", "Bella, which is configured already")):
+    for vehicle, problem in (
+        ("", "needs its id"),
+        ("7", "Bella, which is configured already"),
+        ("abc", "is a number"),
+        ("07", "is a number"),
+    ):
         with refuses("vehicle", problem):
             world.catalogue.save_robot(Robot("B", "", fleet=fleet, vehicle=vehicle))
     with refuses("vehicle", "others have none"):

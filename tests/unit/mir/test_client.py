@@ -86,7 +86,10 @@ def test_a_robot_without_users_me_is_asked_for_its_queue(
 @pytest.mark.parametrize(
     ("status", "text", "kind", "says"),
     [
-        *((status, "not here", NotAMir, f"has no MiR interface .status {status}") for status in (404, 405, 410)),
+        *(
+            (status, "not here", NotAMir, f"answers, but not like a MiR robot .* .status {status}")
+            for status in (404, 405, 410)
+        ),
         *(
             (200, text, NotAMir, "answers with a web page")
             for text in ("<html><body>Sign in</body></html>", "\n <!DOCTYPE html>", "\ufeff<html>")

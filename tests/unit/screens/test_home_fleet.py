@@ -9,6 +9,7 @@ import pytest
 
 from app.database.robots import Hold
 from app.domain.capabilities import Capabilities
+from app.domain.execution import DurationEstimate
 from app.domain.models import Connection, Robot, RobotSnapshot, Settings
 from app.domain.models import Group as RobotGroup
 from app.domain.robot import RobotProblem, RobotState, RobotStatus
@@ -179,16 +180,17 @@ def test_a_robot_that_was_not_asked_yet_is_unknown():
 @pytest.mark.parametrize(
     ("elapsed", "usual", "fact"),
     [
-        (60.0, 420.0, "6 min left"),
-        (301.0, 420.0, "1 min left"),
-        (419.0, 420.0, "1 min left"),
-        (430.0, 420.0, "Soon done"),
-        (700.0, 420.0, "4 min late"),
-        (60.0, 9000.0, "2 h 29 min left"),
+        (60.0, DurationEstimate(420.0, 420.0), "6 min left"),
+        (301.0, DurationEstimate(420.0, 420.0), "1 min left"),
+        (419.0, DurationEstimate(420.0, 420.0), "1 min left"),
+        (430.0, DurationEstimate(420.0, 420.0), "Soon done"),
+        (700.0, DurationEstimate(420.0, 420.0), "4 min late"),
+        (700.0, DurationEstimate(420.0, 420.0, typed=True), "Soon done"),
+        (60.0, DurationEstimate(9000.0, 9000.0), "2 h 29 min left"),
     ],
 )
 def test_a_run_says_how_long_it_still_takes(elapsed, usual, fact):
-    assert look(sample.EXECUTING, left=minutes_left(elapsed, usual)).cell.support == fact
+    assert look(sample.EXECUTING, left=minutes_left(usual.left_s(elapsed))).cell.support == fact
 
 
 # ---------------------------------------------------------------------- what needs a person

@@ -122,7 +122,7 @@ def test_a_mission_can_run_on_any_robot_of_its_groups():
     assert [(option.text, option.selected) for option in view.targets] == [("Aino", False), ("Any of Hall 1", True)]
     assert (view.text, view.starts, view.why) == (
         "Run on any of Hall 1",
-        "Starts when a robot is free",
+        "Starts on the first free robot",
         "Waits until 14:53 at most.",
     )
     assert sheet(FACTS).targets == ()

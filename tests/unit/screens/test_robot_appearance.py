@@ -94,6 +94,7 @@ def test_an_unknown_level_is_a_dash_and_never_zero():
         ("Failed to dock to 'Charger'", "Can't dock at Charger"),
         ("AMCL: robot is not localized (10201)", "Doesn't know where it is"),
         ("Aborted - User Request", "Cancelled at the robot"),
+        ("Mission was stopped..", "Stopped at the robot"),
         ("Levitation lost", ""),
         ("", ""),
     ],
@@ -101,4 +102,4 @@ def test_an_unknown_level_is_a_dash_and_never_zero():
 def test_common_texts_of_robots_have_our_words_and_keep_their_own(text, words):
     problem = problem_of(text)
     assert (problem.words, problem.quote) == (words, text)
-    assert bool(problem.step) == bool(words and "Cancelled" not in words)
+    assert bool(problem.step) == bool(words and not words.endswith("at the robot"))
