@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 from typing import Any
 
@@ -64,7 +64,10 @@ def banner(
         return _alarm(urgent[0], robots, settings, now)
     in_need = [group for group in new if _is_of_robot(group[0])] if screen not in ("home", "alarms") else []
     if in_need and in_need[0][0].priority is Priority.HIGH:
-        return _alarm(in_need[0], robots, settings, now)
+        worst = _alarm(in_need[0], robots, settings, now)
+        if hold is not None and hold.robot_id is None:  # why nothing starts; *Show* leads to where it is released
+            return replace(worst, text=f"{worst.text} · {_hold(hold, robots, settings, now).text}")
+        return worst
     if hold is not None:
         return _hold(hold, robots, settings, now)
     if in_need:

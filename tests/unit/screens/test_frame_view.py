@@ -108,6 +108,7 @@ def test_a_high_alarm_comes_before_a_hold_and_a_hold_before_the_rest(screen):
     for worse in (alarm("emergency_stop"), alarm("two_tablets", "two_tablets")):
         assert show(worse, holds=holds, screen=screen).tone == "fault"
     assert show(alarm("unreachable"), holds=holds, screen=screen).act is Act.RELEASE
+    assert show(alarm("emergency_stop"), holds=holds, screen=screen).text == "Aino: emergency stop · All robots on hold"
     seen = alarm("emergency_stop", acknowledged_at=NOW)
     assert show(seen, holds=holds, screen=screen).text == "All robots on hold"
 
