@@ -194,19 +194,25 @@ class FormModel(EventDispatcher):
             self._shell.snackbars.show(_("{name} is unchanged").format(name=form_view.called(self._facts, draft)))
             return
         self.saving = draft
+
+        def work() -> tuple[Schedule | None, Schedule]:
+            if before is None:
+                return None, catalogue.save_schedule(schedule)
+            return catalogue.schedule(before.id), catalogue.change(before, schedule)
+
         self._shell.background.run(
-            lambda: catalogue.save_schedule(schedule) if before is None else catalogue.change(before, schedule),
-            lambda saved: self._is_saved(draft, saved),
+            work,
+            lambda both: self._is_saved(draft, *both),
             lambda problem: self._not_saved(draft, problem),
         )
 
-    def _is_saved(self, draft: Draft, schedule: Schedule) -> None:
-        """Entries that were made since are not."""
+    def _is_saved(self, draft: Draft, was: Schedule | None, schedule: Schedule) -> None:
+        """Entries that were made since are not. ``was`` is how it was stored, with what others had changed."""
         name, is_done = self._facts.called(schedule), self.draft == draft
         self.saving = None
         self._shell.snackbars.end(about(schedule.id))  # an Undo of what was there before
         self._shell.snackbars.end(("draft", schedule.id))  # what was entered for it before, and not saved
-        is_said = self._host.saved(schedule)
+        is_said = self._host.saved(was, schedule)
         self._begun, self.draft = replace(draft, base=schedule), replace(self.draft, base=schedule)
         if is_done:
             self.is_open = False
@@ -216,17 +222,22 @@ class FormModel(EventDispatcher):
             words = _("{name} is planned") if draft.is_new else _("{name} is changed")
             self._shell.offer_undo(
                 words.format(name=name),
-                lambda: self._take_back(draft.base, schedule),
-                self._forecast_later,
+                lambda: self._take_back(was, schedule),
+                lambda: self._taken_back(was, schedule),
                 about=about(schedule.id),
             )
 
-    def _take_back(self, before: Schedule | None, saved: Schedule) -> None:
+    def _take_back(self, was: Schedule | None, saved: Schedule) -> None:
         catalogue = self._services.catalogue
-        if before is None:
+        if was is None:
             catalogue.remove_schedule(saved.id)
         else:
-            catalogue.change_back(before, saved)
+            catalogue.change_back(was, saved)
+
+    def _taken_back(self, was: Schedule | None, saved: Schedule) -> None:
+        if was is None and self._host.form.editing == saved.id:  # opened again since
+            self._host.form.put_aside()
+        self._forecast_later()
 
     def _not_saved(self, draft: Draft, problem: BaseException) -> None:
         self.saving, name = None, form_view.called(self._facts, draft)

@@ -100,21 +100,25 @@ def test_a_weekly_mission_is_planned_from_the_form_to_the_database(screen, conta
     assert ui.find(Snackbar).text == f"{WASTE} on Sisu is planned"
     assert not ui.find_all(FormSheet)
     assert saved.id in [line.key for line in screen.plan.listed.rows]
+    screen.plan.edit(saved.id)
+    settle(screen, ui)
     ui.tap_text("Undo")
     settle(screen, ui)
     assert saved.id not in [schedule.id for schedule in schedules(container)]
+    assert not screen.plan.form.is_open
 
 
 def test_a_saved_change_can_be_taken_back(screen, container, ui):
     before = stock(container)
     screen.plan.edit(before.id)
     screen.plan.form.set(minimum_battery_percent=40.0)
+    elsewhere = container.catalogue.save_schedule(replace(before, enabled=False))
     settle(screen, ui)
     save(screen, ui)
-    assert stock(container).minimum_battery_percent == 40.0
+    assert stock(container) == replace(elsewhere, minimum_battery_percent=40.0)
     ui.tap_text("Undo")
     settle(screen, ui)
-    assert stock(container) == before
+    assert stock(container) == elsewhere
 
 
 def test_an_empty_form_proposes_the_shown_robot_and_a_filled_one_keeps_its_own(screen, container, ui):
