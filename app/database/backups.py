@@ -33,7 +33,7 @@ NOT_RESTORED = message("The backup {path} can't be restored ({problem}). Nothing
     "msgid"
 ]
 CHECK_UP_LEFT = message(
-    "Nothing was restored: a check-up has left changes on {robots}. Wait until they are undone, or delete the robot"
+    "Nothing was restored: a check-up has left changes on {robots}. Let the app undo them first, or delete what is gone for good"
 )["msgid"]
 BACKUPS = "backups"  # the directory, in the data directory
 KEPT = 7  # daily ones
@@ -191,7 +191,7 @@ def restore(backup: Path, path: Path, now: datetime, check: Check | None = None)
     it is finished by the next start.
     """
     path = path.absolute()
-    left = _left_by(path)
+    left = _left_by(path, check)
     if left.checked_up:
         raise DatabaseRefused(CHECK_UP_LEFT, robots=", ".join(left.checked_up))
     part = _part(path)
@@ -300,7 +300,7 @@ class _Left(NamedTuple):
     checked_up: Sequence[str] = ()
 
 
-def _left_by(database: Path) -> _Left:
+def _left_by(database: Path, check: Check | None) -> _Left:
     """Nothing where it can't be read."""
     is_whole = not files.size_of(files.sibling(database, "-wal"))  # then SQLite creates no files next to it
     try:
@@ -311,7 +311,8 @@ def _left_by(database: Path) -> _Left:
             wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
             checked_up: Sequence[str] = ()
             with contextlib.suppress(sqlite3.Error):  # of a version without check-ups
-                checked_up = CheckUpRepository().names_left(former)
+                if check is None or check(former) is None:  # else the app doesn't start on it, and undoes nothing
+                    checked_up = CheckUpRepository().names_left(former)
             return _Left(wrong, _ran_until(former), checked_up)
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return _Left()

@@ -27,7 +27,6 @@ class Stored:
         may be under way at a robot."""
         container = self._container
         container.db.write(self._write)
-        container.holds.reload()
         for topic in Topic:
             container.changes.publish(topic)
 

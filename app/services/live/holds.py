@@ -16,7 +16,7 @@ from app.domain.clock import Clock
 from app.domain.execution import Execution
 from app.domain.message import Message, render
 from app.domain.models import InvalidInput, existing
-from app.services.live.changes import Changes, Topic
+from app.services.live.changes import CachedUntilChanged, Changes, Topic
 
 LONGEST_REASON = 200  # characters
 
@@ -34,19 +34,8 @@ class Holds:
         self._is_clock_confirmed = False
         self.is_copy: Message | None = None  # why nothing may be sent from this tablet
         self._wall_ahead: float | None = None  # of the monotonic clock, in s, when the wall clock was judged last
-        self._stored: list[Hold] = []
-        self._is_old = False
-        self.reload()
-        changes.subscribe(self._changed)
-
-    def _changed(self, topic: Topic, _about: int | None) -> None:
-        """A robot's hold goes with the robot, and comes back with it."""
-        self._is_old |= topic in (Topic.HOLDS, Topic.ROBOTS)
-
-    def reload(self) -> None:
-        with self._lock:  # else what was read earlier may replace what was read later
-            self._is_old = False
-            self._stored = self._repository.all(self._db.read())
+        # A robot's hold goes with the robot, and comes back with it.
+        self._stored = CachedUntilChanged(lambda: self._repository.all(db.read()), changes, Topic.HOLDS, Topic.ROBOTS)
 
     def check_is_no_copy(self) -> None:
         """Raises InvalidInput where the data is a copy."""
@@ -73,10 +62,8 @@ class Holds:
 
     def current(self) -> list[Hold]:
         """Those that an operator set and that have not expired, oldest first."""
-        if self._is_old:
-            self.reload()
         now = self._clock.now()
-        return [hold for hold in self._stored if not hold.is_over(now)]
+        return [hold for hold in self._stored() if not hold.is_over(now)]
 
     def hold(
         self,
@@ -145,7 +132,6 @@ class Holds:
         held, before, stored = self._db.write(work)
         if before != (now := _in_words(stored)):
             log.info("hold of %s: %s → %s", held, before, now)
-        self.reload()
         self.announce()
         return stored
 

@@ -9,10 +9,12 @@ import pytest
 
 from app.database.backups import back_up, restore
 from app.database.errors import DatabaseRefused, DatabaseUnavailable
+from app.database.settings import SettingsRepository
 from app.domain.check_up import Level, Topic, Trial
 from app.domain.execution import State, Wait
 from app.domain.message import render
 from app.domain.models import InvalidInput
+from app.services.catalogue.database_check import find_problem
 from tests.support.check_up_site import CheckedRobot, Killed, check_ups_of
 from tests.support.findings import says
 from tests.support.site import GUIDS, Site
@@ -227,6 +229,16 @@ def test_no_backup_is_restored_before_the_robot_is(site, robot):
     check_is_restored(site, robot)
     site.switch_off()
     restore(backup, site.container.db.path, site.clock.now())
+    site.switch_on()
+
+
+def test_a_backup_is_restored_where_the_app_can_not_start_to_undo_anything(site, robot):
+    backup = site.directory / "before.db"
+    back_up(site.container.db.path, backup)
+    cut_in_pause(site, robot, 60)
+    site.container.db.write(lambda c: SettingsRepository().put(c, "poll_interval_seconds", -5))
+    site.switch_off()
+    restore(backup, site.container.db.path, site.clock.now(), find_problem)
     site.switch_on()
 
 
