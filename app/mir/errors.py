@@ -50,7 +50,7 @@ SENTENCES: Mapping[str, str] = {
     "not_a_mir": "{address} is not a MiR robot",
     "redirected": "{address} points to {target}, which is not followed: enter the robot's own address",
     "web_page": "{address} answers with a web page, not like a MiR robot",
-    "no_interface": "{address} answers, but not like a MiR robot or this kind of fleet (status {status})",
+    "no_interface": "{address} answers, but not like a MiR robot or fleet (status {status})",
     "no_status": "{address} answers, but not with the status of a MiR robot",
     "serial_number_hidden": "{address} doesn't show its serial number any more, so nothing was sent: check at the robot that it is the "
     "same one",

@@ -129,7 +129,8 @@ def test_a_hold_comes_back_with_its_robot_though_it_could_not_be_read_at_once(co
     removed = container.catalogue.remove_robot(robot.id)
     assert not container.holds.current()
     container.catalogue.restore(removed)
-    with monkeypatch.context() as broken, pytest.raises(sqlite3.OperationalError):
+    with monkeypatch.context() as broken:
         broken.setattr(HoldRepository, "all", Mock(side_effect=sqlite3.OperationalError("disk I/O error")))
-        container.holds.current()
+        with pytest.raises(sqlite3.OperationalError):
+            container.holds.current()
     assert [hold.reason for hold in container.holds.current()] == ["Audit"]

@@ -57,17 +57,16 @@ def banner(
     if counting := counting_down(issues.late_starts):
         return BannerView(counting_words(counting, now), "attention", "timer-alert-outline", _("Hold all"), Act.HOLD)
     new = [group for group in new_lines(open_lines(issues.alarms, now)) if not is_over(group[0])]
-    urgent = [group for group in new if group[0].priority is Priority.HIGH and _is_of_tablet(group[0])]
+    in_need = [group for group in new if _is_of_robot(group[0])] if screen not in ("home", "alarms") else []
+    of_tablet = (group for group in new if _is_of_tablet(group[0]))
+    red = [group for group in (*of_tablet, *in_need) if group[0].priority is Priority.HIGH]
     holds = [hold for hold in issues.holds if not hold.clock and not hold.is_over(now)]
     hold = min(holds, key=lambda hold: hold.reason == CHECK_UP, default=None)  # which ends by itself
-    if urgent:
-        return _alarm(urgent[0], robots, settings, now)
-    in_need = [group for group in new if _is_of_robot(group[0])] if screen not in ("home", "alarms") else []
-    if in_need and in_need[0][0].priority is Priority.HIGH:
-        worst = _alarm(in_need[0], robots, settings, now)
-        if hold is not None and hold.robot_id is None:  # why nothing starts; *Show* leads to where it is released
-            return replace(worst, text=f"{worst.text} · {_hold(hold, robots, settings, now).text}")
-        return worst
+    if red:
+        worst = _alarm(red[0], robots, settings, now)
+        if hold is None or hold.robot_id is not None:
+            return worst
+        return replace(worst, text=f"{worst.text} · {_hold(hold, robots, settings, now).text}")
     if hold is not None:
         return _hold(hold, robots, settings, now)
     if in_need:

@@ -164,7 +164,7 @@ class AdviceModel(EventDispatcher):
         """A schedule was saved in the form that ``was`` stored so before: if it is the suggested change (returned), it is
         recorded with a message, and both can be undone."""
         taken = self._in_form
-        if taken is None or taken[0].schedule.id != schedule.id:
+        if was is None or taken is None or taken[0].schedule.id != schedule.id:
             return False
         self._in_form = None
         if not _is_change(schedule, taken[1]):

@@ -57,12 +57,15 @@ def standing_of(context: PageContext, target: Robot | Fleet) -> NoticeView:
 
 
 def open_check_up(context: PageContext, target: Robot | Fleet) -> None:
-    """That which runs, else a new one."""
-    (context.check_ups.get(key_of(target)) or CheckUp(context, target)).open(context.facts.report(target))
+    """That which runs, else the newest findings, else a new one."""
+    key = key_of(target)
+    reports = filter(None, (context.unseen.pop(key, None), context.facts.report(target)))
+    report = max(reports, key=lambda each: each.began_at, default=None)
+    (context.check_ups.get(key) or CheckUp(context, target)).open(report)
 
 
 class CheckUp(EventDispatcher):
-    """Of one robot or fleet. While it runs, and if it ended early unseen, it is in ``context.check_ups``: pages may be built again."""
+    """Of one robot or fleet. While it runs it is in ``context.check_ups``: pages may be built again."""
 
     title = StringProperty()
     part = OptionProperty("CheckUpBefore", options=("CheckUpBefore", "CheckUpRunning", "CheckUpReport"))
@@ -111,7 +114,6 @@ class CheckUp(EventDispatcher):
     def open(self, report: Report | None) -> None:
         """Show the progress, else the findings, else what it would do."""
         self.title = _("Check-up of {robot}").format(robot=self._target.name)
-        report = max(filter(None, (self._report, report)), key=lambda each: each.began_at, default=None)
         if not self.is_running and report is not None:
             self._show_report(report)
         elif not self.is_running:
@@ -290,8 +292,8 @@ class CheckUp(EventDispatcher):
         self._show_report(report)
         self._context.refresh()
         if not is_seen:
-            if not report.is_complete:  # it is stored nowhere else: seen when it is opened again
-                self._context.check_ups[key_of(self._target)] = self
+            if not report.is_complete:  # it is stored nowhere else
+                self._context.unseen[key_of(self._target)] = report
             said = view.ended_sentence(report)
             self._context.say(said.text, said.icon)
 

@@ -16,6 +16,7 @@ from kivy.properties import BooleanProperty, DictProperty, ObjectProperty, Strin
 from kivy.uix.boxlayout import BoxLayout
 
 from app.database.errors import DatabaseError
+from app.domain.check_up import Report
 from app.domain.models import InvalidInput, Settings
 from app.i18n import _
 from app.mir.errors import RobotError
@@ -74,7 +75,8 @@ class PageContext:
         self.shell = replace(shell, **cast(Any, asking))
         self.facts = self._known = SettingsFacts()  # as they are shown; as they are stored
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
-        self.check_ups: dict[int | str, CheckUp] = {}  # those that run or ended early, by ``key_of`` what is checked up
+        self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
+        self.unseen: dict[int | str, Report] = {}  # of those that ended early while they were not on the screen
         self._unwritten: list[Callable[[SettingsFacts], SettingsFacts]] = []  # how each change is shown
         self._last_written = threading.Event()  # the change before
         self._last_written.set()

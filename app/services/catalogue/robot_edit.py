@@ -54,9 +54,9 @@ def _check_way(robot: Robot, stored: Robot | None, password: str | None) -> None
         raise InvalidInput("password", "enter a password")
     if bool(robot.vehicle) is (robot.fleet is None):
         raise InvalidInput("vehicle", "a robot of a fleet needs its id at the fleet, others have none")
-    is_classic = robot.fleet is not None and robot.fleet.kind is FleetKind.CLASSIC
-    if is_classic and not robot.is_any and not _NUMBER.fullmatch(robot.vehicle):
-        raise InvalidInput("vehicle", "a robot's id at MiR Fleet is a number, such as 7, or any")
+    is_new_of_classic = stored is None and robot.fleet is not None and robot.fleet.kind is FleetKind.CLASSIC
+    if is_new_of_classic and not robot.is_any and not _NUMBER.fullmatch(robot.vehicle):
+        raise InvalidInput("vehicle", "a robot's id at MiR Fleet is a number, such as 7, or the word any")
     if robot.fleet is not None and password is not None:
         raise InvalidInput("password", "{fleet} has the password of this robot: enter it there", fleet=robot.fleet.name)
     if stored is not None and way(robot) != way(stored):

@@ -117,6 +117,8 @@ def test_a_robot_of_a_fleet_needs_its_id_there_and_has_it_once(world, fleet, rob
             world.catalogue.save_robot(Robot("B", "", fleet=fleet, vehicle=vehicle))
     with refuses("vehicle", "others have none"):
         world.catalogue.save_robot(Robot("B", "10.0.0.7", vehicle="7"))
+    world.db.write(lambda c: c.execute("UPDATE robots SET vehicle = 'abc'"))  # of an earlier version
+    assert world.catalogue.save_robot(replace(the(world, robot), name="Bea")).name == "Bea"
 
 
 def test_the_password_is_entered_at_the_fleet(world, fleet, robot):
