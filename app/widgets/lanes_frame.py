@@ -83,9 +83,8 @@ class Frame:
         self.x, self.y, self.right, self.top = chart.x, chart.y, chart.right, chart.top
         icons = dp(28) if any(lane.icon for lane in self.lanes) else 0
         names = icons + max(max(width_of(lane.name, 18, "RobotoMedium"), width_of(lane.note)) for lane in self.lanes)
-        self.left = self.x + max(
-            dp(88), min(names + dp(24), chart.width * 0.3), width_of(day, font="RobotoMedium") + dp(20)
-        )
+        names = max(dp(88), min(names + dp(24), chart.width * 0.3), width_of(day, font="RobotoMedium") + dp(20))
+        self.left = self.x + min(names, chart.width - 1)  # the window may be getting smaller
         self.bottom_of_axis = self.top - dp(AXIS)
         room = (self.bottom_of_axis - self.y) / len(self.lanes)
         self.lane_height = dp(LEAST_LANE) if any(lane.line for lane in self.lanes) else min(dp(MOST_LANE), room)

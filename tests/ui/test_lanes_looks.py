@@ -42,6 +42,12 @@ def test_a_bar_has_one_colour_and_round_corners_at_every_width(ui, stage, theme,
         assert not [one for one in drawn if isinstance(one, Rectangle) and one.texture is None]
 
 
+@pytest.mark.parametrize("width", [60, 88, 89])
+def test_lanes_no_wider_than_their_names_are_drawn(ui, width):
+    """As in a window that is being made smaller: 88 dp are for names."""
+    assert ui.show(Lanes(lanes=[Lane("Aino", bars=[Bar(1, 2, 8, "Kits")])], hours=24), (width, 100)).boxes()
+
+
 @pytest.mark.parametrize("theme", THEMES)
 def test_what_has_ended_is_seen_on_a_closed_day(ui, stage, theme):
     apply_theme(stage.theme_cls, theme)
