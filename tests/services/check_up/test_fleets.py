@@ -269,7 +269,9 @@ def test_the_alarm_ends_with_a_fleet_that_is_removed(site):
 def test_the_plan_waits_while_an_order_of_a_trial_may_be_there(site):
     """Also after the app was killed. A person's hold stays."""
     save, holds = site.container.catalogue.save_robot, site.container.holds
-    bella, celia = (save(Robot(name, "", fleet=site.fleet, vehicle=name)) for name in (ROBOT, "Celia"))
+    bella, celia = (
+        save(Robot(name, "", fleet=site.fleet, vehicle=id_there)) for name, id_there in ((ROBOT, "71"), ("Celia", "72"))
+    )
     holds.hold("Cleaning", robot_id=celia.id)
     held = []
     site.asked.before = lambda method, path: held.append(holds.active(bella.id)) if method == "DELETE" else None
