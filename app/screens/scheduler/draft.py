@@ -188,11 +188,17 @@ class Draft:
 
     def moved(self, before: datetime, after: datetime) -> Draft:
         """Move the start at ``before`` (naive local) to ``after``. In a rule, starts of its hour on other days move
-        too, the others keep their hours and get its minute; with "every …" all move."""
+        too, the others keep their hours and get its minute; with "every …" all move. Of those that
+        go round the clock only the minute does, or the first ones would be lost."""
         if after == before:
             return self
         if self.kind is Kind.ONCE:
             return replace(self.with_day(after.date()), at=after.time())
+        if self.kind is Kind.EVERY and self.all_day:
+            apart = timedelta(minutes=self.every * (60 if self.unit is Unit.HOURS else 1))
+            by = (after - before + apart / 2) % apart - apart / 2
+            begins = datetime.combine(self.day, self.at) + by
+            return replace(self, day=begins.date(), at=begins.time())
         if self.kind in (Kind.EVERY, Kind.OTHER):
             by = datetime.combine(before, after.time()) - before
             begins, ends = datetime.combine(before, self.at) + by, datetime.combine(before, self.until_time) + by

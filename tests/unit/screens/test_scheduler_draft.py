@@ -221,6 +221,24 @@ def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before,
     assert chosen.moved(old, old) == chosen
 
 
+@pytest.mark.parametrize(
+    ("rule", "before", "after", "begins"),
+    [
+        ("FREQ=MINUTELY;INTERVAL=20", "2026-11-24T10:32", "2026-11-24T14:50", "2026-11-23T07:10"),
+        ("FREQ=MINUTELY;INTERVAL=20", "2026-11-24T10:32", "2026-11-23T10:25", "2026-11-23T07:05"),
+        ("FREQ=HOURLY", "2026-11-24T10:12", "2026-11-24T16:30", "2026-11-23T07:30"),
+        ("FREQ=HOURLY;INTERVAL=8", "2026-11-24T07:12", "2026-11-24T10:12", "2026-11-23T10:12"),
+    ],
+)
+def test_starts_round_the_clock_are_moved_by_less_than_what_is_between_two(rule, before, after, begins):
+    schedule = Schedule("S", 1, 1, datetime(2026, 11, 23, 7, 12), "Europe/Helsinki", rule, respect_working_days=False)
+    before, after = map(datetime.fromisoformat, (before, after))
+    assert Draft.of(schedule).starts_at(before, WorkingCalendar(Settings()))
+    moved = Draft.of(schedule).moved(before, after)
+    assert moved.schedule().start == datetime.fromisoformat(begins)
+    assert moved.starts_at(after, WorkingCalendar(Settings()))
+
+
 def test_a_start_moved_there_and_back_by_hand_changes_nothing():
     stored = Schedule("S", 1, 1, datetime(2026, 11, 23, 8), "Europe/Helsinki", "FREQ=DAILY")
     moved = Draft.of(stored).moved(datetime(2026, 11, 24, 8), datetime(2026, 11, 24, 9))
