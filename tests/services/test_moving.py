@@ -313,7 +313,7 @@ def test_switched_off_and_on(plant):
     plant.move()
     switched = plant.catalogue.switch_schedule(plant.daily.id, False)
     assert plant.planned() == []
-    plant.catalogue.switch_back(switched)
+    plant.catalogue.undo_change(switched)
     assert plant.planned() == MOVED
 
 

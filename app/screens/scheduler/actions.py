@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from datetime import date, datetime, timedelta
+from functools import partial
 from zoneinfo import ZoneInfo
 
 from app.domain.models import InvalidInput, Robot, Schedule
@@ -16,7 +17,7 @@ from app.screens.scheduler import view
 from app.screens.scheduler.draft import Draft
 from app.screens.scheduler.facts import SchedulerFacts, SchedulerServices
 from app.services.catalogue.catalogue import Removed
-from app.services.catalogue.undo import Switched
+from app.services.catalogue.undo import Changed
 
 
 class ScheduleActions:
@@ -37,13 +38,8 @@ class ScheduleActions:
     def switch(self, schedule_id: int, on: bool) -> None:
         words = _("{name} is switched on") if on else _("{name} is switched off")
 
-        def switched(before: Switched) -> None:
-            self._shell.offer_undo(
-                words.format(name=self._name(before.schedule)),
-                lambda: self._services.catalogue.switch_back(before),
-                self._done,
-                about=about(schedule_id),
-            )
+        def switched(changed: Changed) -> None:
+            self._offer_undo(words.format(name=self._name(changed.after)), changed)
 
         self._act(schedule_id, lambda: self._services.catalogue.switch_schedule(schedule_id, on), switched)
 
@@ -118,19 +114,22 @@ class ScheduleActions:
         """All its starts like that one, and nothing else of it as it is now: it may have been edited since the drag."""
         catalogue = self._services.catalogue
 
-        def work() -> tuple[Schedule, Schedule]:
+        def work() -> Changed:
             before = catalogue.schedule(schedule.id)
             moved = self.moved(facts, before, at, to) if before is not None else None
             if before is None or moved is None:
                 raise InvalidInput("schedule", "this schedule no longer has this start")
-            return before, catalogue.change(before, moved)
+            return catalogue.change_schedule(before, moved)
 
-        def changed(both: tuple[Schedule, Schedule]) -> None:
-            rule = view.zoned(view.short_rule(both[1]), schedule.timezone, facts)
-            text = _("{name} is changed: {rule}").format(name=self._name(schedule), rule=rule)
-            self._shell.offer_undo(text, lambda: catalogue.change_back(*both), self._done, about=about(schedule.id))
+        def has_moved(changed: Changed) -> None:
+            rule = view.zoned(view.short_rule(changed.after), schedule.timezone, facts)
+            self._offer_undo(_("{name} is changed: {rule}").format(name=self._name(schedule), rule=rule), changed)
 
-        self._act(schedule.id, work, changed)
+        self._act(schedule.id, work, has_moved)
+
+    def _offer_undo(self, text: str, changed: Changed) -> None:
+        undo = partial(self._services.catalogue.undo_change, changed)
+        self._shell.offer_undo(text, undo, self._done, about=about(changed.after.id))
 
     def pause(self, schedule: Schedule) -> None:
         """Ask for the day on which it starts again; until then its starts are skipped."""

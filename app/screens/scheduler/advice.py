@@ -160,11 +160,11 @@ class AdviceModel(EventDispatcher):
         self._in_form = one, change
         self._edit(replace(Draft.of(change.draft, self._facts().name(one.schedule)), base=one.schedule))
 
-    def saved(self, was: Schedule | None, schedule: Schedule) -> bool:
-        """A schedule was saved in the form that ``was`` stored so before: if it is the suggested change (returned), it is
-        recorded with a message, and both can be undone."""
+    def saved(self, schedule: Schedule, undo_change: Callable[[], Any]) -> bool:
+        """A schedule was saved in the form: if it is the suggested change (returned), it is recorded with a message,
+        and both can be undone."""
         taken = self._in_form
-        if was is None or taken is None or taken[0].schedule.id != schedule.id:
+        if taken is None or taken[0].schedule.id != schedule.id:
             return False
         self._in_form = None
         if not _is_change(schedule, taken[1]):
@@ -172,8 +172,7 @@ class AdviceModel(EventDispatcher):
         (one, change), text = taken, _("{name}: the suggestion is applied").format(name=self._facts().called(schedule))
 
         def undo(answer: Any) -> None:
-            restored = self._services.catalogue.change_back(was, schedule)
-            self._services.suggestions.undo_change(answer, one.schedule, restored)
+            self._services.suggestions.undo_change(answer, one.schedule, undo_change())
 
         self._shell.background.run(
             lambda: self._services.suggestions.accept(one, change),

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from datetime import datetime, time
+from functools import partial
 from typing import TYPE_CHECKING, Any
 from zoneinfo import ZoneInfo
 
@@ -195,24 +196,27 @@ class FormModel(EventDispatcher):
             return
         self.saving = draft
 
-        def work() -> tuple[Schedule | None, Schedule]:
+        def work() -> tuple[Schedule, Callable[[], object]]:
+            """Returns what undoes it too."""
             if before is None:
-                return None, catalogue.save_schedule(schedule)
-            return catalogue.schedule(before.id), catalogue.change(before, schedule)
+                added = catalogue.save_schedule(schedule)
+                return added, partial(catalogue.remove_schedule, added.id)
+            changed = catalogue.change_schedule(before, schedule)
+            return changed.after, partial(catalogue.undo_change, changed)
 
         self._shell.background.run(
             work,
-            lambda both: self._is_saved(draft, *both),
+            lambda saved: self._is_saved(draft, *saved),
             lambda problem: self._not_saved(draft, problem),
         )
 
-    def _is_saved(self, draft: Draft, was: Schedule | None, schedule: Schedule) -> None:
-        """Entries that were made since are not. ``was`` is how it was stored, with what others had changed."""
+    def _is_saved(self, draft: Draft, schedule: Schedule, undo: Callable[[], object]) -> None:
+        """Entries that were made since are not."""
         name, is_done = self._facts.called(schedule), self.draft == draft
         self.saving = None
         self._shell.snackbars.end(about(schedule.id))  # an Undo of what was there before
         self._shell.snackbars.end(("draft", schedule.id))  # what was entered for it before, and not saved
-        is_said = self._host.saved(was, schedule)
+        is_said = self._host.saved(schedule, undo)
         self._begun, self.draft = replace(draft, base=schedule), replace(self.draft, base=schedule)
         if is_done:
             self.is_open = False
@@ -222,20 +226,13 @@ class FormModel(EventDispatcher):
             words = _("{name} is planned") if draft.is_new else _("{name} is changed")
             self._shell.offer_undo(
                 words.format(name=name),
-                lambda: self._take_back(was, schedule),
-                lambda: self._taken_back(was, schedule),
+                undo,
+                lambda: self._undone(draft, schedule),
                 about=about(schedule.id),
             )
 
-    def _take_back(self, was: Schedule | None, saved: Schedule) -> None:
-        catalogue = self._services.catalogue
-        if was is None:
-            catalogue.remove_schedule(saved.id)
-        else:
-            catalogue.change_back(was, saved)
-
-    def _taken_back(self, was: Schedule | None, saved: Schedule) -> None:
-        if was is None and self._host.form.editing == saved.id:  # opened again since
+    def _undone(self, draft: Draft, schedule: Schedule) -> None:
+        if draft.is_new and self._host.form.editing == schedule.id:  # opened again since
             self._host.form.put_aside()
         self._forecast_later()
 

@@ -143,11 +143,11 @@ class SchedulerViewModel(OnTimeline):
         if self._is_read:  # unknown until then
             self.listed.show(self._facts)
 
-    def saved(self, was: Schedule | None, schedule: Schedule) -> bool:
-        """In the form. Returns whether the message about it is shown here."""
+    def saved(self, schedule: Schedule, undo: Callable[[], Any]) -> bool:
+        """In the form. Returns whether the message about it, with its Undo, is shown here."""
         others = (each for each in self._facts.schedules if each.id != schedule.id)
         self._facts = replace(self._facts, schedules=(*others, schedule))
-        is_said: bool = self.advice.saved(was, schedule)
+        is_said: bool = self.advice.saved(schedule, undo)
         self._refresher.reread()
         return is_said
 

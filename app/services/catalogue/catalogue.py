@@ -47,7 +47,7 @@ from app.services.catalogue import (
     zones,
 )
 from app.services.catalogue.edit import Edit, Removed
-from app.services.catalogue.undo import Switched
+from app.services.catalogue.undo import Changed
 from app.services.live.changes import Changes, Topic
 from app.services.live.mission_parameters import MissionParameters
 from app.services.planning import public_holidays
@@ -316,13 +316,23 @@ class Catalogue:
         ):
             _raise(parameter_check.Runners(self._db.read()).check(schedule, self.known_parameters))
 
-    def switch_schedule(self, schedule_id: int, on: bool) -> Switched:
-        """Switch it on or off, which cancels what waits of it; ``switch_back`` undoes that."""
-        return self.edit(lambda edit: undo.switch(edit, schedule_id, on))
+    def switch_schedule(self, schedule_id: int, on: bool) -> Changed:
+        """Switch it on or off, which cancels what waits of it; ``undo_change`` undoes that."""
 
-    def switch_back(self, switched: Switched) -> None:
-        """Its starts wait again, unless it is too late. Raises InvalidInput if the schedule was deleted."""
-        self.edit(lambda edit: undo.switch_back(edit, switched))
+        def work(edit: Edit) -> Changed:
+            schedule = edit.the(Schedule, schedule_id)
+            return undo.change_schedule(edit, schedule, replace(schedule, enabled=on))
+
+        return self.edit(work)
+
+    def change_schedule(self, before: Schedule, after: Schedule) -> Changed:
+        """As ``change``; ``undo_change`` undoes it."""
+        self._check_parameters(after, before)
+        return self.edit(lambda edit: undo.change_schedule(edit, before, after))
+
+    def undo_change(self, changed: Changed) -> Schedule:
+        """As ``change_back``; its starts wait again, unless it is too late."""
+        return self.edit(lambda edit: undo.undo_change(edit, changed))
 
     def remove_schedule(self, schedule_id: int) -> Removed:
         """Off at once; ``restore`` puts it back."""

@@ -31,36 +31,38 @@ T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class Switched:
-    """A schedule before it was switched on or off, and what was open of it: ``Catalogue.switch_back`` undoes that."""
+class Changed:
+    """A schedule as it was stored and as it is, and what was open of it: ``Catalogue.undo_change`` undoes that."""
 
-    schedule: Schedule
+    before: Schedule
+    after: Schedule
     starts: Sequence[Execution]
 
 
-def switch(edit: Edit, schedule_id: int, on: bool) -> Switched:
-    schedule = edit.the(Schedule, schedule_id)
-    before = Switched(schedule, edit.open_of(edit.with_moved([schedule])))
-    schedule_edit.save(edit, replace(schedule, enabled=on))
-    return before
+def change_schedule(edit: Edit, before: Schedule, after: Schedule) -> Changed:
+    stored = edit.the(Schedule, before.id)
+    starts = edit.open_of(edit.with_moved([stored]))
+    return Changed(stored, change(edit, before, after), starts)
 
 
-def switch_back(edit: Edit, switched: Switched) -> None:
-    """Only the switch: other changes of the schedule since then stay. Starts that fell due while it was off are due."""
-    before = switched.schedule
-    schedule = schedule_edit.save(edit, replace(edit.the(Schedule, before.id), enabled=before.enabled))
+def undo_change(edit: Edit, changed: Changed) -> Schedule:
+    """What others have changed of the schedule stays. What waited waits again, and starts that fell due while it was off are due."""
+    before = changed.before
+    schedule = change(edit, changed.after, before, must_be_unchanged=True)
     if (
         schedule.enabled
+        and not changed.after.enabled
         and before.next_at is not None
         and before.next_at <= edit.now
         and (before.start, before.recurrence, before.timezone)
         == (schedule.start, schedule.recurrence, schedule.timezone)
     ):
         edit.schedules.advance(edit.c, schedule.id, before.next_at)
-    together = {start.planned_at for start in switched.starts}
-    for start in switched.starts:
+    together = {start.planned_at for start in changed.starts}
+    for start in changed.starts:
         _restore_start(edit, start, together, has_its_robot_again=False)
     edit.topics.add(Topic.EXECUTIONS)
+    return edit.the(Schedule, schedule.id)
 
 
 _SAVE: Mapping[type, Callable[[Edit, Any], Any]] = MappingProxyType(

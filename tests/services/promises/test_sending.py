@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import timedelta
 
 from app.domain.models import Connection, Mission, Overlap
@@ -293,13 +294,18 @@ def test_a_poll_in_the_moment_of_aborting_waits_for_what_the_robot_says(s):
     play(s, states(EXECUTING), 60, ends(CANCELLED))
 
 
-# ---------------------------------------------------------------------- switched off or on, and that undone
+# ---------------------------------------------------------------------- switched or edited, and that undone
 @step
 def switch(s, enabled=False):
     s.noted.append(s.container.catalogue.switch_schedule(s.schedule().id, enabled))
 
 
-SWITCH_BACK = do(lambda s: s.container.catalogue.switch_back(s.noted[0]))
+@step
+def change(s, **values):
+    s.noted.append(s.container.catalogue.change_schedule(s.schedule(), replace(s.schedule(), **fields(values))))
+
+
+UNDO = do(lambda s: s.container.catalogue.undo_change(s.noted[0]))
 IS_ON = true(lambda s: s.schedule().enabled)
 FLAT = each(
     [battery(12), plan(battery=30, window=20), 310, waits(BATTERY)],
@@ -313,15 +319,30 @@ test_switched_back = cases_of(
         FLAT,
         [switch(), true(lambda s: not s.schedule().enabled)],
         each(0, 3),
-        [SWITCH_BACK, IS_ON, CHARGED, ends(DONE), runs(1)],
+        [UNDO, IS_ON, CHARGED, ends(DONE), runs(1)],
     ),
     Story("while it is off nothing is sent", FLAT, [switch(), CHARGED, runs(0)]),
     Story(
-        "after two undos it runs once", FLAT, [switch(), SWITCH_BACK, SWITCH_BACK, CHARGED, SWITCH_BACK, 600, runs(1)]
+        "a second undo is refused, and it runs once",
+        FLAT,
+        [switch(), UNDO, refused(UNDO, "changed again"), CHARGED, refused(UNDO, "changed again"), 600, runs(1)],
+    ),
+    Story(
+        "a start that waited before an edit waits again",
+        FLAT,
+        each(change(at="06:15"), change(robot_id=2), change(rule="FREQ=WEEKLY;BYDAY=TU")),
+        [UNDO, 3, waits(BATTERY), CHARGED, ends(DONE), runs(1)],
+        robots=2,
+    ),
+    Story(
+        "what ran on another robot before the undo does not run again",
+        [battery(12), plan(battery=30, window=60), 310, waits(BATTERY)],
+        [change(robot_id=2), battery(80, "R2"), 300, runs(1), UNDO, CHARGED, runs(1)],
+        robots=2,
     ),
     Story(
         "a start that fell due while it was off by mistake runs",
-        [plan(rule="FREQ=DAILY", window=20), 298, switch(), 5, SWITCH_BACK, 600, ends(DONE), minutes(5)],
+        [plan(rule="FREQ=DAILY", window=20), 298, switch(), 5, UNDO, 600, ends(DONE), minutes(5)],
     ),
     Story(
         "it is switched on even if it is too late for a waiting start",
@@ -331,7 +352,7 @@ test_switched_back = cases_of(
             310,
             switch(),
             1500,
-            SWITCH_BACK,
+            UNDO,
             CHARGED,
             IS_ON,
             runs(0),
@@ -339,18 +360,18 @@ test_switched_back = cases_of(
     ),
     Story(
         "switching on is undone by switching off",
-        [plan(rule="FREQ=DAILY", enabled=False), switch(True), IS_ON, SWITCH_BACK, 600, states()],
+        [plan(rule="FREQ=DAILY", enabled=False), switch(True), IS_ON, UNDO, 600, states()],
         true(lambda s: not s.schedule().enabled),
     ),
     Story(
         "later changes stay",
         FLAT,
-        [switch(), edit(priority=3), SWITCH_BACK, IS_ON, true(lambda s: s.schedule().priority == 3)],
+        [switch(), edit(priority=3), UNDO, IS_ON, true(lambda s: s.schedule().priority == 3)],
         stays_open=True,
     ),
     Story(
         "a deleted one is not switched",
         FLAT,
-        [switch(), delete(), refused(SWITCH_BACK, "this schedule no longer exists")],
+        [switch(), delete(), refused(UNDO, "this schedule no longer exists")],
     ),
 )
