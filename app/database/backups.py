@@ -33,7 +33,7 @@ NOT_RESTORED = message("The backup {path} can't be restored ({problem}). Nothing
     "msgid"
 ]
 CHECK_UP_LEFT = message(
-    "Nothing was restored: a check-up has left changes on {robots}. Let the app undo them first, or delete what is gone for good"
+    "Nothing was restored: the check-up of {robots} is not over. Wait until the app has undone it, or delete a robot that is gone for good"
 )["msgid"]
 BACKUPS = "backups"  # the directory, in the data directory
 KEPT = 7  # daily ones

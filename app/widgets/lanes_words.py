@@ -66,6 +66,8 @@ def _paint_name(
 ) -> None:
     """Whole in it, whole next to it, or as much as there is room for at the wider place."""
     y = one.bottom + one.height / 2
+    if one.row >= 0:  # another name is above or below it
+        most = min(most, max(1, int(frame.lane_height / 2 / sp(LINE + 1))))
     lines_in = min(2, int(one.height / sp(LINE + 1)))
     for words in filter(None, (one.bar.label, *one.bar.shorter)):
         for room, font, lines, x in ((inside, IN, lines_in, left), (beside, BESIDE, most, begins)):

@@ -117,14 +117,14 @@ def demand(field, msgid):
 @pytest.mark.parametrize("damage", ["missing", "unused", "placeholder", "fuzzy", "empty"])
 def test_the_check_notices_every_kind_of_damage(tmp_path, damage):
     source = (LOCALE_DIR / "fi" / "LC_MESSAGES" / f"{DOMAIN}.po").read_text(encoding="utf-8")
-    entry = 'msgid "{robot} is being checked up"\nmsgstr "{robot}: tarkastus käynnissä"\n'
+    entry = 'msgid "{robot} on hold: its check-up is not over"\nmsgstr "{robot}: lähdöt estetty, tarkastus kesken"\n'
     assert entry in source
     damaged = {
         "missing": "",
         "unused": entry + '\nmsgid "Nobody says this"\nmsgstr "Kukaan ei sano"\n',
         "placeholder": entry.replace('"{robot}: ', '"{robotti}: '),
         "fuzzy": "#, fuzzy\n" + entry,
-        "empty": entry.replace("{robot}: tarkastus käynnissä", ""),
+        "empty": entry.replace("{robot}: lähdöt estetty, tarkastus kesken", ""),
     }[damage]
     target = tmp_path / "fi" / "LC_MESSAGES"
     target.mkdir(parents=True)

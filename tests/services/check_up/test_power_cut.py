@@ -223,7 +223,7 @@ def test_no_backup_is_restored_before_the_robot_is(site, robot):
     back_up(site.container.db.path, backup)
     cut_in_pause(site, robot, 60)
     site.switch_off()
-    with pytest.raises(DatabaseRefused, match="a check-up has left changes on R1"):
+    with pytest.raises(DatabaseRefused, match="the check-up of R1 is not over"):
         restore(backup, site.container.db.path, site.clock.now())
     site.switch_on()
     check_is_restored(site, robot)

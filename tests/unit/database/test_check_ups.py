@@ -135,5 +135,5 @@ def test_no_backup_can_be_chosen_while_changes_are_left_on_robots_or_fleets(cont
     container.files.check_backup(tmp_path / "before.db")
     container.db.write(lambda c: CHECK_UPS.note_left_behind(c, robot.id, LeftBehind("S1")))
     container.db.write(lambda c: CHECK_UPS.note_left_on_fleet(c, fleet.id, LeftBehind("F1")))
-    with pytest.raises(InvalidInput, match="a check-up has left changes on Hall, R1"):
+    with pytest.raises(InvalidInput, match="the check-up of Hall, R1 is not over"):
         container.files.check_backup(tmp_path / "before.db")

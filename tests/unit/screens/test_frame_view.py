@@ -99,7 +99,11 @@ def test_a_hold_of_one_robot_names_it():
 
 def test_the_hold_of_a_check_up_ends_by_itself():
     view = show(holds=[Hold("Check-up", None, robot_id=2)])
-    assert (view.text, view.action, view.tone) == (f"{VEIKKO.name} is being checked up", "Show", "neutral")
+    assert (view.text, view.action, view.tone) == (
+        f"{VEIKKO.name} on hold: its check-up is not over",
+        "Show",
+        "neutral",
+    )
 
 
 @pytest.mark.parametrize("screen", ["logs", "scheduler"])
