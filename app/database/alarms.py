@@ -104,13 +104,13 @@ class AlarmRepository:
             > 0
         )
 
-    def note_answer(self, c: sqlite3.Connection, key: str, guid: str, answer: str) -> bool:
-        """To the question of a robot with this guid. Returns whether there is such an alarm."""
+    def note_answer(self, c: sqlite3.Connection, key: str, guid: str, answer: str, now: datetime) -> bool:
+        """To the question of a robot with this guid, which a person has seen then. Returns whether there is such an alarm."""
         return (
             c.execute(
-                """UPDATE alarms SET details = json_set(details, '$.answer', ?) WHERE code = 'question' AND key = ?
-                            AND json_extract(details, '$.guid') = ?""",
-                (answer, key, guid),
+                """UPDATE alarms SET details = json_set(details, '$.answer', ?), acknowledged_at = coalesce(acknowledged_at, ?)
+                   WHERE code = 'question' AND key = ? AND json_extract(details, '$.guid') = ?""",
+                (answer, to_text(now), key, guid),
             ).rowcount
             > 0
         )

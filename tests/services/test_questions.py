@@ -48,6 +48,7 @@ def test_a_question_is_an_alarm_until_it_is_answered(site, machine):
     )
     answer(site, "Yes")
     assert active(site, after=40) == []
+    assert questions(site) == []  # nothing is left to acknowledge
 
 
 def past_notes(site):

@@ -190,8 +190,9 @@ class Alarms:
             self._changes.publish(Topic.ALARMS)
 
     def note_answer(self, key: str, guid: str, answer: str) -> None:
-        """What somebody has answered to the question with this guid: shown with past alarms."""
-        if self._db.write(lambda c: self._repository.note_answer(c, key, guid, clipped(answer, LONGEST_DETAIL))):
+        """What somebody has answered to the question with this guid: it need not be acknowledged, and is shown with past alarms."""
+        said, now = clipped(answer, LONGEST_DETAIL), self._clock.now()
+        if self._db.write(lambda c: self._repository.note_answer(c, key, guid, said, now)):
             self._changes.publish(Topic.ALARMS)
 
     def withdraw(self, code: str, key: str, at: datetime) -> None:
