@@ -114,7 +114,7 @@ def test_a_run_is_shown_with_the_time_it_still_takes(container, robots, ui):
     container.db.write(lambda c: repository.add_each_once(c, [done])[0])
     see(container, aino, sample.EXECUTING, (QueueItem(900, QueueState.EXECUTING, mission_id="g-new"),))
     with shown(container, ui):
-        ui.wait(lambda: "5 min left" in [cell.item.support for cell in ui.find_all(RobotCell, title="Aino")])
+        ui.wait(lambda: "4 min left" in [cell.item.support for cell in ui.find_all(RobotCell, title="Aino")])
         assert counted(ui) == ["1 working", "5 ready"]
 
 
@@ -128,7 +128,7 @@ def test_a_run_is_followed_before_the_queue_is_read_again(container, robots, ui)
     container.db.write(lambda c: repository.add_each_once(c, [done])[0])
     see(container, aino, replace(sample.EXECUTING, mission_queue_id=900))
     with shown(container, ui):
-        ui.wait(lambda: "5 min left" in [cell.item.support for cell in ui.find_all(RobotCell, title="Aino")])
+        ui.wait(lambda: "4 min left" in [cell.item.support for cell in ui.find_all(RobotCell, title="Aino")])
         see(container, aino, replace(sample.EXECUTING, mission_queue_id=901))  # somebody else's
         ui.wait(lambda: ui.find(RobotCell, title="Aino").item.support == "Working")
 
