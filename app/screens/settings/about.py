@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from kivy.properties import StringProperty
+from kivy.properties import ListProperty, StringProperty
 
 from app.screens.settings.page import PageContext, SettingsPage
 from app.services.files.about import components
+from app.widgets.items import Item
 
 
 class AboutPage(SettingsPage):
     directory = StringProperty()
-    components = StringProperty()  # a line each
+    components = ListProperty()
 
     def __init__(self, context: PageContext) -> None:
         super().__init__(context)
         self.directory = str(context.services.files.data_directory)
-        lines = ((each.name, each.version, each.licence) for each in components())
-        self.components = "\n".join(" · ".join(filter(None, line)) for line in lines)
+        self.components = [
+            Item(
+                each.name,
+                each.name,
+                meta=" · ".join(filter(None, (each.version, each.licence))),
+                opens=False,
+                strong=False,
+            )
+            for each in components()
+        ]
