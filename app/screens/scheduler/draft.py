@@ -188,8 +188,8 @@ class Draft:
 
     def moved(self, before: datetime, after: datetime) -> Draft:
         """Move the start at ``before`` (naive local) to ``after``. In a rule, starts of its hour on other days move
-        too, the others keep their hours and get its minute; with "every …" all move. Of those that
-        go round the clock only the minute does, or the first ones would be lost."""
+        too, the others keep their hours and get its minute; with "every …" all move. Those that go round the clock move by at
+        most half of what is between two: else the first ones would be lost."""
         if after == before:
             return self
         if self.kind is Kind.ONCE:

@@ -32,7 +32,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Changed:
-    """A schedule as it was stored and as it is, and what was open of it: ``Catalogue.undo_change`` undoes that."""
+    """A schedule before and after a change, and what was open of it before: ``Catalogue.undo_change`` undoes that."""
 
     before: Schedule
     after: Schedule

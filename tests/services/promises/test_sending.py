@@ -313,7 +313,7 @@ FLAT = each(
 )
 CHARGED = [battery(80), 600]
 
-test_switched_back = cases_of(
+test_undone = cases_of(
     Story(
         "a waiting start runs once",
         FLAT,
