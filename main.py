@@ -194,9 +194,9 @@ def _schedule(options: argparse.Namespace, directory: DataDirectory, robots: Dem
 
 
 @contextlib.contextmanager
-def _demo_directory(given: Path | None) -> Iterator[Path]:
-    if given is not None:
-        yield given
+def _demo_directory(chosen: Path | None) -> Iterator[Path]:
+    if chosen is not None:
+        yield chosen
         return
     with tempfile.TemporaryDirectory(prefix="amr-scheduler-demo-", ignore_cleanup_errors=True) as path:
         yield Path(path)

@@ -197,9 +197,9 @@ def _condition(wanted: ExecutionFilter) -> tuple[str, list[object]]:
     """The WHERE of a filter and its values."""
     parts, values = ["1"], []  # type: list[str], list[object]
 
-    def demand(part: str, *given: object) -> None:
+    def demand(part: str, *bound: object) -> None:
         parts.append(part)
-        values.extend(given)
+        values.extend(bound)
 
     if wanted.robot_ids is not None:
         of_them, ids = of_robots(wanted.robot_ids)

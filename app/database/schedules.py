@@ -342,10 +342,10 @@ class ScheduleRepository(Table[Schedule]):
         if progress:
             places = ", ".join("(?, ?, ?, ?)" for _ in progress)
             c.execute(
-                f"""WITH given (id, next_at, planned, started) AS (VALUES {places})
-                          UPDATE schedules SET next_at = given.next_at, planned_through = coalesce(given.planned, planned_through),
-                                               started_through = coalesce(given.started, started_through)
-                          FROM given WHERE schedules.id = given.id""",
+                f"""WITH progress (id, next_at, planned, started) AS (VALUES {places})
+                          UPDATE schedules SET next_at = progress.next_at, planned_through = coalesce(progress.planned, planned_through),
+                                               started_through = coalesce(progress.started, started_through)
+                          FROM progress WHERE schedules.id = progress.id""",
                 [value for each in progress for value in (each.schedule_id, *map(to_optional_text, each[1:]))],
             )
 

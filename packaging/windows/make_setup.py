@@ -109,9 +109,9 @@ def main() -> int:
     )
     options.add_argument("release", type=Path, metavar="RELEASE")
     options.add_argument("out", type=Path, metavar="OUT")
-    given = options.parse_args()
+    arguments = options.parse_args()
     try:
-        setup = make(given.release.absolute(), given.out)
+        setup = make(arguments.release.absolute(), arguments.out)
     except (Unfit, OSError, subprocess.CalledProcessError) as problem:
         print(f"make_setup.py: {problem}", file=sys.stderr)
         return 1

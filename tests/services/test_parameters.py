@@ -32,11 +32,11 @@ def test_positions_of_the_robots_map_can_be_chosen_by_name(site, robot, go_to_po
     assert parameter.default is None
 
 
-@pytest.mark.parametrize("given", ["Line 1", "line 1", None])
-def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, go_to_position, given):
+@pytest.mark.parametrize("named", ["Line 1", "line 1", None])
+def test_a_position_is_kept_as_it_was_entered_and_sent_by_its_guid(site, robot, go_to_position, named):
     site.run(10)
     by_name = {name: guid for guid, name in asked(site, robot).choices}
-    entered = {"Position": given or by_name["Line 1"]}
+    entered = {"Position": named or by_name["Line 1"]}
     execution = site.container.operator.run_now(robot.id, go_to_position.id, entered)
     assert dict(execution.parameters) == entered
     site.run(600)

@@ -112,10 +112,10 @@ def test_one_that_is_cancelled_while_another_of_the_same_write_is_sent_is_not_se
     _first, second = site.executions()
     send, sent = RobotClient.enqueue, []
 
-    def slowly(client, *given, text, **rest):
+    def slowly(client, *arguments, text, **rest):
         sent.append(text)
         site.container.operator.cancel_execution(second.id)
-        return send(client, *given, text=text, **rest)
+        return send(client, *arguments, text=text, **rest)
 
     monkeypatch.setattr(RobotClient, "enqueue", slowly)
     site.run(60.0)

@@ -87,7 +87,7 @@ def of_idle_rule(edit: Edit, robot: Robot, rule: IdleRule, known: Known) -> Chec
 
 def needs_check(schedule: Schedule, before: Schedule | None) -> bool:
     """Whether it must be checked: unchanged ones need not, even if robots would refuse them today."""
-    return before is None or _given(schedule) != _given(before)
+    return before is None or _what_it_starts(schedule) != _what_it_starts(before)
 
 
 def is_mission_new(rule: IdleRule, before: IdleRule | None) -> bool:
@@ -95,7 +95,7 @@ def is_mission_new(rule: IdleRule, before: IdleRule | None) -> bool:
     return rule.enabled and (before is None or not before.enabled or before.mission_id != rule.mission_id)
 
 
-def _given(schedule: Schedule) -> tuple[object, ...]:
+def _what_it_starts(schedule: Schedule) -> tuple[object, ...]:
     return schedule.mission_id, schedule.robot_id, schedule.group_id, dict(schedule.parameters)
 
 

@@ -62,9 +62,9 @@ class Allocator:
         self.members = frozenset(robot_id for row in to_give for robot_id in groups[row.group_id or 0].members)
         to_give = [row for row in to_give if not self._await_fresh_status(row, groups[row.group_id or 0], workers)]
         while to_give:
-            given, moved = self._decide(to_give, groups, workers)
+            assigned, moved = self._decide(to_give, groups, workers)
             to_give = [
-                row for row in to_give if moved and row.id not in given | moved
+                row for row in to_give if moved and row.id not in assigned | moved
             ]  # what they were to get is for the others
         now = self._clock.now()
         last_calls = [(row.closes_at - now).total_seconds() - LAST_CALL for row in rows]
@@ -160,14 +160,14 @@ class Allocator:
                     )
                 )
         self._ledger.apply(waits, quietly=True)
-        given: set[int] = set()
+        taken: set[int] = set()
         for start in range(0, len(assigned), ASSIGNED_TOGETHER):
             some = assigned[start : start + ASSIGNED_TOGETHER]
             made = self._ledger.apply(
                 some, hand_over=lambda row: self.post(row.robot_id or NO_ROBOT, messages.Start(row, plan_version))
             )
-            given |= {row.id for row in made}
-        return given, {each.row.id for each in assigned} - given
+            taken |= {row.id for row in made}
+        return taken, {each.row.id for each in assigned} - taken
 
     def _intent_floor(self, row: Execution, worker: RobotWorker, guid: str) -> int | None:
         """The highest known id, if it was never sent there and the robot is ready: then its intent is written with the

@@ -182,7 +182,7 @@ class Planner:
                 "The clock was wrong and has been set: %d schedules that were changed before count from now", counted
             )
         if planned_again:
-            log.warning("The clock was set back: what had been planned beyond it is planned anew")
+            log.warning("The clock was set back: what had been planned beyond it is planned again")
         if counted or planned_again:
             self._changes.publish(Topic.SCHEDULES)
             self._changes.publish(Topic.EXECUTIONS)

@@ -95,8 +95,8 @@ class RobotWorker:
             case messages.NeededByGroup(is_sought):
                 self._sought = is_sought
                 if is_sought:  # read at once, unless a start is about to be sent there
-                    is_given = math.isfinite(self._sending.attempts.next_ready_at())
-                    self._next_live = self._clock.monotonic() + self._staggered(LIVE_EVERY) if is_given else -math.inf
+                    is_sending = math.isfinite(self._sending.attempts.next_ready_at())
+                    self._next_live = self._clock.monotonic() + self._staggered(LIVE_EVERY) if is_sending else -math.inf
             case messages.Recover(number):
                 self._to_recover.add(number)
                 self._ledger_changed = True

@@ -107,13 +107,13 @@ class Operator:
         return self._start(group, mission, parameters, token, HIGH)
 
     def _check_parameters(
-        self, mission: Mission, given: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]
+        self, mission: Mission, values: Mapping[str, Any], robots: Sequence[tuple[Robot, str]]
     ) -> None:
         """Check the values by these robots' answers about the mission; they are asked if they have not answered, or
         would refuse. Unknown ones are checked when it is sent. Raises InvalidInput."""
 
         def checked() -> Checked:
-            return check(mission.name, given, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
+            return check(mission.name, values, robots, lambda robot, guid: self._parameters.known(robot.id, guid))
 
         first = checked()
         if not first.to_ask:
@@ -160,8 +160,8 @@ class Operator:
             raise InvalidInput("mission", "{robot} has no mission {mission}", robot=robot.name, mission=row.mission)
         choice = {"by": "person", "robots": [{"robot": robot.name}]}
         assigned = transitions.assign(row, robot, mission.guid, choice, self._clock.now(), into_queue=True)
-        if given := self._ledger.apply([assigned]):
-            return given[0]
+        if written := self._ledger.apply([assigned]):
+            return written[0]
         raise InvalidInput("robot", "it has just been assigned to a robot, or changed")
 
     def prioritise(self, execution_id: int, priority: int) -> Execution:

@@ -231,7 +231,7 @@ test_jumped = cases_of(
 def test_a_step_back_that_can_not_be_written_at_once_is_made_up_for(s, monkeypatch):
     play(s, plan(window=1), 60, clock(600), 2, states(State.MISSED))
 
-    def full(*_given):
+    def full(*_arguments):
         monkeypatch.undo()
         raise DatabaseUnavailable("the disk is full")
 

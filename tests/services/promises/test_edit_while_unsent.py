@@ -295,8 +295,8 @@ def just_after(monkeypatch, owner, name, act):
     """Once, when that was called."""
     usual = getattr(owner, name)
 
-    def and_then(*given, **named):
-        found = usual(*given, **named)
+    def and_then(*arguments, **named):
+        found = usual(*arguments, **named)
         if act(found):
             monkeypatch.setattr(owner, name, usual)
         return found

@@ -232,10 +232,10 @@ def test_two_presses_at_once_start_it_once(group, monkeypatch):
     play(group, IN_DOUBT)
     add = Ledger.add
 
-    def after_another(ledger, *given):
+    def after_another(ledger, *arguments):
         monkeypatch.setattr(Ledger, "add", add)
         play(group, instead())
-        return add(ledger, *given)
+        return add(ledger, *arguments)
 
     monkeypatch.setattr(Ledger, "add", after_another)
     play(group, refused(instead(), ALREADY), 30, runs(1))

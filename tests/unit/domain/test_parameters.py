@@ -26,7 +26,7 @@ ALL = (GOAL, SPEED, COUNT, LOUD, WAIT, NOTE, SIZE)
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "sent"),
+    ("name", "entered", "sent"),
     [
         ("Goal", "g-2", "g-2"),
         ("Goal", "dock 3", "g-1"),
@@ -51,13 +51,13 @@ ALL = (GOAL, SPEED, COUNT, LOUD, WAIT, NOTE, SIZE)
         ("Size", "1", 1),
     ],
 )
-def test_valid_values_are_sent_in_the_type_of_the_robot(name, given, sent):
-    value = values_for("M", ALL, {"Goal": "Yard", name: given})[name]
+def test_valid_values_are_sent_in_the_type_of_the_robot(name, entered, sent):
+    value = values_for("M", ALL, {"Goal": "Yard", name: entered})[name]
     assert (value, type(value)) == (sent, type(sent))
 
 
 @pytest.mark.parametrize(
-    ("given", "problem"),
+    ("entered", "problem"),
     [
         ({"Sped": 1}, "M has no parameter Sped, it takes Goal, Speed, Count, Loud, Wait, Note, Size"),
         ({"Goal": "Nowhere"}, "M can't take Nowhere for Goal: Choose one of Dock 3, Press"),
@@ -77,9 +77,9 @@ def test_valid_values_are_sent_in_the_type_of_the_robot(name, given, sent):
         ({"Note": None}, "Note is missing: the robot does not start M without it"),
     ],
 )
-def test_invalid_values_are_refused_with_mission_and_parameter(given, problem):
+def test_invalid_values_are_refused_with_mission_and_parameter(entered, problem):
     with raises(InvalidInput, field="parameters", text=problem):
-        values_for("M", ALL, {"Goal": "Yard"} | given)
+        values_for("M", ALL, {"Goal": "Yard"} | entered)
 
 
 def test_a_parameter_without_a_default_is_required():

@@ -70,7 +70,8 @@ def test_a_position_is_chosen_by_its_name_from_a_list_and_sent_as_its_guid():
 
 def test_a_value_that_a_schedule_has_by_name_is_shown_as_chosen():
     assert [
-        field.default for field in fields_of([replace(GOAL, default=given) for given in ("Press", "g-1", "elsewhere")])
+        field.default
+        for field in fields_of([replace(GOAL, default=default) for default in ("Press", "g-1", "elsewhere")])
     ] == ["g-2", "g-1", None]
 
 
@@ -96,7 +97,8 @@ def test_numbers_have_their_unit_and_range():
     ]
     assert (charge.limits, endless.limits) == ((0, 100), None)
     assert [
-        field.default for field in fields_of([replace(CHARGE, default=given) for given in ("70", 70.0, "much", None)])
+        field.default
+        for field in fields_of([replace(CHARGE, default=default) for default in ("70", 70.0, "much", None)])
     ] == [70, 70, None, None]
     with pytest.raises(Problems) as caught:
         values_of([CHARGE, X], {"charge": "101", "x": "far"})
