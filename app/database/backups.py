@@ -33,7 +33,7 @@ NOT_RESTORED = message("The backup {path} can't be restored ({problem}). Nothing
     "msgid"
 ]
 CHECK_UP_LEFT = message(
-    "Nothing was restored: the check-up of {robots} is not over. Wait until the app has undone it, or delete a robot that is gone for good"
+    "Nothing was restored: the check-up of {robots} is not over. Let the app undo it, or delete a robot or fleet that is gone for good"
 )["msgid"]
 BACKUPS = "backups"  # the directory, in the data directory
 KEPT = 7  # daily ones
@@ -310,9 +310,10 @@ def _left_by(database: Path, check: Check | None) -> _Left:
             settings, former = SettingsRepository(), configured(connection)
             wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
             checked_up: Sequence[str] = ()
-            with contextlib.suppress(sqlite3.Error):  # of a version without check-ups
-                if check is None or check(former) is None:  # else the app doesn't start on it, and undoes nothing
-                    checked_up = CheckUpRepository().names_left(former)
+            version: int = former.execute("PRAGMA user_version").fetchone()[0]
+            with contextlib.suppress(sqlite3.Error), contextlib.closing(_rows_of(connection, version)) as rows:
+                if check is None or check(rows) is None:  # else the app doesn't start on it, and undoes nothing
+                    checked_up = CheckUpRepository().names_left(rows)
             return _Left(wrong, _ran_until(former), checked_up)
     except (sqlite3.Error, ValueError, TypeError, OverflowError):
         return _Left()

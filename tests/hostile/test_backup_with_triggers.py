@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import sqlite3
 from contextlib import closing
 from datetime import UTC, datetime
@@ -124,6 +125,29 @@ def test_every_version_of_this_app_is_restored(tmp_path, version):
     db = Database.open(target, durable=False)
     assert [row["name"] for row in db.read().execute("SELECT name FROM robots")] == ["R"]
     db.close()
+
+
+FIRST_CHECK_UPS = next(number for number, step in enumerate(MIGRATIONS, 1) if "CREATE TABLE check_ups" in step)
+
+
+@pytest.mark.parametrize(
+    "version",
+    [
+        FIRST_CHECK_UPS,
+        *(pytest.param(each, marks=pytest.mark.long) for each in range(FIRST_CHECK_UPS + 1, len(MIGRATIONS) + 1)),
+    ],
+)
+def test_no_backup_replaces_what_a_check_up_of_an_older_version_has_to_undo(tmp_path, version):
+    old, backup = tmp_path / "amr-scheduler.db", tmp_path / "backup.db"
+    spoil(
+        old,
+        "".join(MIGRATIONS[:version]) + f"PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {version};",
+    )
+    spoil(old, "INSERT INTO robots (name, address) VALUES ('R', 'http://127.0.0.1:9')")
+    shutil.copy(old, backup)
+    spoil(old, """INSERT INTO check_ups (robot_id, left_behind) VALUES (1, '{"serial_number": "S1"}')""")
+    with pytest.raises(DatabaseRefused, match="the check-up of R is not over"):
+        backups.restore(backup, old, NOW, find_problem)
 
 
 def test_connections_trust_no_schema_and_leave_nothing_that_was_deleted(tmp_path):

@@ -194,7 +194,7 @@ def whose_plan() -> list[Option]:
 def _hold(hold: Hold, robots: Mapping[int, Robot], settings: Settings, now: datetime) -> BannerView:
     robot = robots.get(hold.robot_id or 0)
     if robot is not None and hold.reason == CHECK_UP:  # it ends by itself
-        text = _("{robot} on hold: its check-up is not over").format(robot=robot.name)  # or not yet undone
+        text = _("{robot} on hold: its check-up is not over").format(robot=robot.name)  # or it was interrupted
         return BannerView(
             text, "neutral", "stethoscope", _("Show"), Act.GO, to_settings(section="robots", robot_id=robot.id).about
         )

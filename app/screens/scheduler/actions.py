@@ -88,13 +88,13 @@ class ScheduleActions:
     # ------------------------------------------------------------------ moving a start
     @staticmethod
     def moved(facts: SchedulerFacts, schedule: Schedule, at: datetime, to: datetime) -> Schedule | None:
-        """The schedule with all its starts moved like that one; None: its rule can't, or doesn't have that one."""
+        """The schedule with all its starts moved like that one. None: its rule can't, doesn't have that one, or stays the same."""
         zone = ZoneInfo(schedule.timezone)
         before, after = (moment.astimezone(zone).replace(tzinfo=None) for moment in (at, to))
         draft = Draft.of(schedule, facts.name(schedule))
         moved = draft.moved(before, after)
         can = draft.starts_at(before, facts.calendar) and moved.starts_at(after, facts.calendar)
-        return moved.schedule() if can else None
+        return moved.schedule() if can and not moved.is_stored else None
 
     def move_one(self, schedule: Schedule, at: datetime, to: datetime, robot: Robot | None = None) -> None:
         """Only the start planned at that instant, to another time or ``robot``."""

@@ -188,8 +188,8 @@ class Draft:
 
     def moved(self, before: datetime, after: datetime) -> Draft:
         """Move the start at ``before`` (naive local) to ``after``. In a rule, starts of its hour on other days move
-        too, the others keep their hours and get its minute; with "every …" all move. Those that go round the clock move by at
-        most half of what is between two: else the first ones would be lost."""
+        too, the others keep their hours and get its minute; with "every …" all move. Those round the clock move by at most half
+        an interval, so that no start at the beginning is lost, and none is before the first day."""
         if after == before:
             return self
         if self.kind is Kind.ONCE:
@@ -198,6 +198,7 @@ class Draft:
             apart = timedelta(minutes=self.every * (60 if self.unit is Unit.HOURS else 1))
             by = (after - before + apart / 2) % apart - apart / 2
             begins = datetime.combine(self.day, self.at) + by
+            begins += apart if begins.date() < self.day else timedelta()
             return replace(self, day=begins.date(), at=begins.time())
         if self.kind in (Kind.EVERY, Kind.OTHER):
             by = datetime.combine(before, after.time()) - before

@@ -95,10 +95,12 @@ class FormModel(EventDispatcher):
         )
 
     def take(self, facts: SchedulerFacts) -> None:
-        """Facts were read again. An untouched new form follows their defaults."""
+        """Facts were read again. A form without entries follows them: their defaults, or its schedule."""
         self._facts = facts
-        if self._proposes and self.draft == self._begun:
+        if self.draft == self._begun and self._proposes:
             self.draft = self._begun = self._fresh()
+        elif self.draft == self._begun and self.draft.is_stored and (schedule := facts.schedule(self.editing)):
+            self.draft = self._begun = Draft.of(schedule, facts.name(schedule))
         if self.is_open:
             self.parameters.ask(facts, again=True)
         self.forecast()

@@ -59,7 +59,7 @@ def standing_of(context: PageContext, target: Robot | Fleet) -> NoticeView:
 def open_check_up(context: PageContext, target: Robot | Fleet) -> None:
     """That which runs, else the newest findings, else a new one."""
     key = key_of(target)
-    reports = filter(None, (context.unseen.pop(key, None), context.facts.report(target)))
+    reports = filter(None, (context.ended_early.get(key), context.facts.report(target)))
     report = max(reports, key=lambda each: each.began_at, default=None)
     (context.check_ups.get(key) or CheckUp(context, target)).open(report)
 
@@ -293,7 +293,7 @@ class CheckUp(EventDispatcher):
         self._context.refresh()
         if not is_seen:
             if not report.is_complete:  # it is stored nowhere else
-                self._context.unseen[key_of(self._target)] = report
+                self._context.ended_early[key_of(self._target)] = report
             said = view.ended_sentence(report)
             self._context.say(said.text, said.icon)
 

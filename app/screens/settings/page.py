@@ -76,7 +76,7 @@ class PageContext:
         self.facts = self._known = SettingsFacts()  # as they are shown; as they are stored
         self.model: EventDispatcher | None = None  # of the open section: its page may be built again
         self.check_ups: dict[int | str, CheckUp] = {}  # those that run, by ``key_of`` what is checked up
-        self.unseen: dict[int | str, Report] = {}  # of those that ended early while they were not on the screen
+        self.ended_early: dict[int | str, Report] = {}  # of those that no one saw end
         self._unwritten: list[Callable[[SettingsFacts], SettingsFacts]] = []  # how each change is shown
         self._last_written = threading.Event()  # the change before
         self._last_written.set()

@@ -326,12 +326,13 @@ class Catalogue:
         return self.edit(work)
 
     def change_schedule(self, before: Schedule, after: Schedule) -> Changed:
-        """As ``change``; ``undo_change`` undoes it."""
+        """Write what differs between the two, as ``change`` does; ``undo_change`` undoes it."""
         self._check_parameters(after, before)
         return self.edit(lambda edit: undo.change_schedule(edit, before, after))
 
     def undo_change(self, changed: Changed) -> Schedule:
-        """As ``change_back``; its starts wait again, unless it is too late."""
+        """As the schedule was before, except for what others have changed since; what it would have started until now is due again,
+        unless it is too late or there was another start since. Raises InvalidInput where the same was changed again."""
         return self.edit(lambda edit: undo.undo_change(edit, changed))
 
     def remove_schedule(self, schedule_id: int) -> Removed:

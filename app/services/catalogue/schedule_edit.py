@@ -183,7 +183,7 @@ def _replan(edit: Edit, stored: Schedule, schedule: Schedule) -> Schedule:
     """Compute its next instant and withdraw waiting starts of instants that it no longer has; neither if only the
     way it runs was changed."""
     schedule = replace(schedule, **{name: getattr(stored, name) for name in NOTED})
-    if _when(schedule) == _when(stored):
+    if when(schedule) == when(stored):
         return schedule
     kept = [row for row in edit.unsent_of([schedule]) if has_start(row, schedule, edit.settings, edit.calendar)]
     edit.apply(transitions.want_again(row) for row in kept)
@@ -259,7 +259,7 @@ def remove(edit: Edit, schedule_id: int) -> Removed:
     return edit.hide(Removed(edit.now, {}, starts=starts), [schedule])
 
 
-def _when(schedule: Schedule) -> tuple[object, ...]:
+def when(schedule: Schedule) -> tuple[object, ...]:
     """The values that determine its instants and its robot."""
     return (
         schedule.start,

@@ -1,4 +1,4 @@
-"""Changes of single fields; undoing them, a deletion, the switch of a schedule, and the cancellation of a start."""
+"""Changes of single fields; undoing them, any change of a schedule, a deletion, and the cancellation of a start."""
 
 from __future__ import annotations
 
@@ -32,34 +32,41 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Changed:
-    """A schedule before and after a change, and what was open of it before: ``Catalogue.undo_change`` undoes that."""
+    """A schedule before and after a change, whether both names were generated, and its starts that had not ended before:
+    ``Catalogue.undo_change`` undoes that."""
 
     before: Schedule
     after: Schedule
-    starts: Sequence[Execution]
+    has_generated_names: bool
+    open_starts: Sequence[Execution]
 
 
 def change_schedule(edit: Edit, before: Schedule, after: Schedule) -> Changed:
     stored = edit.the(Schedule, before.id)
-    starts = edit.open_of(edit.with_moved([stored]))
-    return Changed(stored, change(edit, before, after), starts)
+    open_starts, was_generated = edit.open_of(edit.with_moved([stored])), edit.has_generated_name(stored)
+    saved: Schedule = change(edit, before, after)
+    return Changed(stored, saved, was_generated and edit.has_generated_name(saved), open_starts)
 
 
 def undo_change(edit: Edit, changed: Changed) -> Schedule:
-    """What others have changed of the schedule stays. What waited waits again, and starts that fell due while it was off are due."""
-    before = changed.before
-    schedule = change(edit, changed.after, before, must_be_unchanged=True)
+    """What others have changed of the schedule stays. What waited waits again, and starts that fell due since are due, unless there
+    was one since that ran or was ended otherwise."""
+    before, after, stored = changed.before, changed.after, edit.the(Schedule, changed.before.id)
+    if changed.has_generated_names and edit.has_generated_name(stored):
+        other = edit.schedules.by_name(edit.c, before.name)
+        is_free = (other is None or other.id == before.id) and edit.has_generated_name(before)
+        before, after = replace(before, name=before.name if is_free else ""), replace(after, name=stored.name)
+    schedule: Schedule = change(edit, after, before, must_be_unchanged=True)
     if (
-        schedule.enabled
-        and not changed.after.enabled
-        and before.next_at is not None
+        before.next_at is not None
         and before.next_at <= edit.now
-        and (before.start, before.recurrence, before.timezone)
-        == (schedule.start, schedule.recurrence, schedule.timezone)
+        and schedule_edit.when(schedule) == schedule_edit.when(before) != schedule_edit.when(changed.after)
+        and not edit.executions.has_start_after(edit.c, schedule.id, before.planned_through)
     ):
+        edit.executions.drop_withdrawn(edit.c, schedule.id, before.next_at)
         edit.schedules.advance(edit.c, schedule.id, before.next_at)
-    together = {start.planned_at for start in changed.starts}
-    for start in changed.starts:
+    together = {start.planned_at for start in changed.open_starts}
+    for start in changed.open_starts:
         _restore_start(edit, start, together, has_its_robot_again=False)
     edit.topics.add(Topic.EXECUTIONS)
     return edit.the(Schedule, schedule.id)
@@ -248,7 +255,10 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     """Waiting starts wait again if the plan still has them; starts that its robot had, or may have, are looked for
     there as soon as the robot is restored. ``together``: instants of all restored starts, which existed at the same
     time. Decided without the history, which may have forgotten them."""
-    row, was_waiting = edit.executions.get(edit.c, before.id), before.state is State.WAITING
+    was_waiting = before.state is State.WAITING
+    row = edit.executions.get(edit.c, before.id) or edit.executions.by_token(edit.c, before.token)
+    if row is not None and row.id != before.id and row.was_never_sent:  # an edit gave it to another robot
+        row = replace(before, id=row.id, state=row.state, reason=row.reason, withdrawn=row.withdrawn, held=row.held)
     if row is None and before.schedule_id is not None and before.planned_at > edit.now:
         return  # the clock was set back since: its instant is planned again
     if row is None:  # what was in doubt was found on its robot: else it would be kept

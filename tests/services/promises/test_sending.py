@@ -345,6 +345,41 @@ test_undone = cases_of(
         [plan(rule="FREQ=DAILY", window=20), 298, switch(), 5, UNDO, 600, ends(DONE), minutes(5)],
     ),
     Story(
+        "a start that fell due before an edit was undone runs",
+        [plan(rule="FREQ=DAILY", window=20), 298],
+        each(change(at="06:15"), change(rule="FREQ=WEEKLY;BYDAY=TU"), change(robot_id=2, at="06:15")),
+        [5, UNDO, 1200, ends(DONE), runs(1), minutes(5)],
+        robots=2,
+    ),
+    Story(
+        "a start that waits on another robot when an edit is undone runs on its own",
+        [battery(12, "R2"), plan(rule="FREQ=DAILY", battery=30, window=20), 298, change(robot_id=2), 5, waits(BATTERY)],
+        [UNDO, 600, ends(DONE), true(lambda s: s.row().robot == "R1")],
+        robots=2,
+    ),
+    Story(
+        "what was sent before an edit was undone is not sent again",
+        [plan(rule="FREQ=DAILY", window=20), 298],
+        each(change(robot_id=2), change(rule="FREQ=MINUTELY", start_window_minutes=1)),
+        [10, runs(1), UNDO, 600, runs(1)],
+        robots=2,
+    ),
+    Story(
+        "a start that was held on another robot is held on its own",
+        [
+            battery(12),
+            plan(battery=30, window=30),
+            310,
+            change(robot_id=2),
+            2,
+            keep(),
+            UNDO,
+            true(lambda s: s.row().held),
+        ],
+        [CHARGED, runs(0), let_go(), 300, ends(DONE), runs(1)],
+        robots=2,
+    ),
+    Story(
         "it is switched on even if it is too late for a waiting start",
         [
             battery(12),

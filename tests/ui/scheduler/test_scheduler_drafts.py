@@ -233,6 +233,23 @@ def test_unsaved_entries_are_restored_with_a_deleted_schedule(screen, container,
     assert [schedule.name for schedule in schedules(container) if schedule.priority == 3] == ["Count"]
 
 
+def test_an_open_form_without_entries_shows_the_schedule_after_an_undo(screen, container, ui):
+    schedule = stock(container)
+    screen.plan.edit(schedule.id)
+    screen.plan.form.set(minimum_battery_percent=40)
+    settle(screen, ui)
+    save(screen, ui)
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert screen.plan.form.draft.minimum_battery_percent == schedule.minimum_battery_percent != 40
+    screen.plan.form.set(minimum_battery_percent=40)
+    settle(screen, ui)
+    save(screen, ui)
+    assert stored(container, schedule).minimum_battery_percent == 40
+
+
 def test_entries_for_a_schedule_that_was_deleted_elsewhere_are_refused(screen, container, ui):
     screen.plan.edit(stock(container).id)
     screen.plan.form.set(name="Count")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import time
 import weakref
+from importlib.metadata import version
 from threading import Event
 
 import pytest
@@ -367,6 +368,7 @@ def test_about_shows_versions_licences_and_where_the_data_are(site, app, ui):
     texts = ui.texts()
     assert str(site.container.db.path.parent) in texts
     assert {"Python", "SQLite", "KivyMD"} <= set(texts)  # the first of the list
+    assert f"{version('kivymd')} · MIT" in texts
 
 
 def test_a_change_from_outside_shows_at_once(site, app, ui):

@@ -9,7 +9,7 @@ import pytest
 
 from app.database.schedules import ScheduleRepository
 from app.domain.execution import ReasonCode, State
-from app.domain.models import Between, Mission
+from app.domain.models import Between, Mission, Robot
 from app.services.live.changes import Topic
 from tests.support.errors import refuses
 from tests.unit.catalogue.world import EXECUTIONS, SCHEDULES
@@ -49,6 +49,16 @@ def test_renaming_a_mission_renames_generated_names_and_not_typed_ones(world):
     names = [SCHEDULES.get(world.db.read(), number).name for number in made]
     assert names == ["Carry on Aino", "Carry on Aino 2", *(f"Carry on Aino {number}" for number in range(4, 14))]
     assert (world.stored(typed).name, world.stored(other).name) == ("Deliver on Aino 2026", "Carry on Aino 3")
+
+
+def test_a_generated_name_follows_the_undo_of_an_edit(world):
+    sisu = world.catalogue.save_robot(Robot("Sisu", "10.0.0.2", "user"), password="secret")
+    schedule = world.schedule(name="")
+    changed = world.catalogue.change_schedule(schedule, replace(schedule, robot_id=sisu.id))
+    assert changed.after.name == "Deliver on Sisu"
+    assert world.schedule(name="").name == schedule.name  # which is taken then
+    world.catalogue.save_robot(replace(sisu, name="Seppo"))
+    assert world.catalogue.undo_change(changed).name == "Deliver on Aino 2"
 
 
 def test_a_made_name_that_is_cut_before_the_part_that_changed_stays(world):

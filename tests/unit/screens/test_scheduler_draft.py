@@ -228,9 +228,15 @@ def test_a_start_that_is_moved_takes_along_what_is_ruled_with_it(values, before,
         ("FREQ=MINUTELY;INTERVAL=20", "2026-11-24T10:32", "2026-11-23T10:25", "2026-11-23T07:05"),
         ("FREQ=HOURLY", "2026-11-24T10:12", "2026-11-24T16:30", "2026-11-23T07:30"),
         ("FREQ=HOURLY;INTERVAL=8", "2026-11-24T07:12", "2026-11-24T10:12", "2026-11-23T10:12"),
+        (
+            "FREQ=HOURLY;INTERVAL=24",
+            "2026-11-24T07:12",
+            "2026-11-24T20:12",
+            "2026-11-23T20:12",
+        ),  # not before the first day
     ],
 )
-def test_starts_round_the_clock_are_moved_by_less_than_what_is_between_two(rule, before, after, begins):
+def test_starts_round_the_clock_are_moved_by_half_an_interval_at_most(rule, before, after, begins):
     schedule = Schedule("S", 1, 1, datetime(2026, 11, 23, 7, 12), "Europe/Helsinki", rule, respect_working_days=False)
     before, after = map(datetime.fromisoformat, (before, after))
     assert Draft.of(schedule).starts_at(before, WorkingCalendar(Settings()))
