@@ -267,15 +267,6 @@ class ExecutionRepository:
             is not None
         )
 
-    def has_start_after(self, c: sqlite3.Connection, schedule_id: int, planned: datetime | None) -> bool:
-        """Whether a schedule has a row for a later start, except those that a change of the schedule ended before they were sent."""
-        found = c.execute(
-            f"""SELECT 1 FROM executions WHERE schedule_id = ? AND planned_at > ?
-                      AND NOT (state = 'cancelled' AND reason_code = 'schedule_changed' AND {NEVER_SENT}) LIMIT 1""",
-            (schedule_id, to_optional_text(planned) or ""),
-        )
-        return found.fetchone() is not None
-
     def last_of_schedule(self, c: sqlite3.Connection, schedule_id: int) -> Execution | None:
         """The one with the latest planned instant."""
         return _one(c, "WHERE schedule_id = ? ORDER BY planned_at DESC LIMIT 1", schedule_id)

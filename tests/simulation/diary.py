@@ -45,6 +45,15 @@ class Restore:
 
 
 @dataclass(frozen=True)
+class Undone:
+    """An edit of a schedule from ``start`` to ``end``, in seconds of true time: its starts are due as if it had not been made."""
+
+    schedule_id: int
+    start: float
+    end: float
+
+
+@dataclass(frozen=True)
 class Manual:
     robot: str  # empty: any of the group
     guid: str
@@ -167,6 +176,7 @@ class Diary:
         self.uncertain: set[str] = set()  # tokens whose cancellation may or may not have been noted
         self.by_person: set[str] = set()  # tokens that a person cancelled or held, or was about to
         self.restores: list[Restore] = []
+        self.undone: list[Undone] = []
         self.lost_items: dict[str, list[QueueItem]] = defaultdict(list)  # by machine: of queues that were reset
         self.started_at: float = 0.0  # the app's last start
         self._tokens: dict[str, Key] = {}
@@ -183,10 +193,25 @@ class Diary:
         self.wishes.append((at, self.now.copy()))
         return self.now
 
-    def between(self, start: float, end: float) -> list[Wishes]:
-        """What held at any moment of this time."""
+    def come_again(self, at: float, wall: datetime) -> None:
+        """Starts after that time by the tablet's clock, which was set: what was stopped then may run, or not if it had been sent."""
+        if again := {key for key in self.now.stopped if key[1] > wall}:
+            self.decide(at).stopped -= again
+            self.uncertain |= {self.token(key) for key in again}
+
+    def between(self, start: float, end: float, undone_of: int | None = None) -> list[Wishes]:
+        """What held at any moment of this time, except during undone edits of that schedule."""
         first = bisect_left(self.wishes, start, key=_since) - 1
-        return [wishes for _at, wishes in self.wishes[max(0, first) : bisect_right(self.wishes, end, key=_since)]]
+        found = self.wishes[max(0, first) : bisect_right(self.wishes, end, key=_since)]
+        return [wishes for at, wishes in found if not self.was_undone(undone_of, at)]
+
+    def was_undone(self, schedule_id: int | None, at: float) -> bool:
+        """Whether an edit of a schedule held then that was undone later."""
+        return any(each.schedule_id == schedule_id and each.start <= at < each.end for each in self.undone)
+
+    def undone_until(self, schedule_id: int, at: float) -> float:
+        """When the last edit of it was undone that held at that time or later; ``at`` if none did."""
+        return max([at, *(each.end for each in self.undone if each.schedule_id == schedule_id)])
 
     def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
         """Whether that start is planned; ``days`` False: ignoring working days."""
@@ -281,7 +306,10 @@ class Diary:
 
     def was_wrong(self, kind: str, robot: str | None, start: float, end: float) -> bool:
         return any(
-            each.kind == kind and robot in (None, each.robot) and each.start < end and each.end > start
+            each.kind == kind
+            and (robot is None or each.robot in (None, robot))
+            and each.start < end
+            and each.end > start
             for each in self.troubles
         )
 
@@ -304,5 +332,6 @@ class Diary:
 
     def forget(self, now: float) -> None:
         self.troubles = [each for each in self.troubles if each.end > now - KEPT_S]
+        self.undone = [each for each in self.undone if each.end > now - KEPT_S]
         old = [index for index, (at, _wishes) in enumerate(self.wishes) if at < now - KEPT_S]
         self.wishes = self.wishes[old[-1] :] if old else self.wishes

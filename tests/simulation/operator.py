@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import random
 import uuid
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime, timedelta
@@ -19,7 +19,8 @@ from app.domain.models import WEEKDAYS, DayException, InvalidInput, Overlap, Sch
 from app.mir.errors import RobotError
 from app.services.catalogue.configuration import import_configuration
 from app.services.catalogue.moving import Moved
-from tests.simulation.diary import MINUTE, OVERLAPS, Move, Target, Wishes, instants
+from app.services.catalogue.undo import Changed
+from tests.simulation.diary import MINUTE, OVERLAPS, Move, Target, Undone, Wishes, instants
 from tests.support.edits import skip_next, switch_robot
 
 if TYPE_CHECKING:
@@ -102,12 +103,42 @@ class Person:
     def _edit(self, plan: Schedule, **changes: Any) -> None:
         stored = self._app.repositories.schedules.get(self._app.db.read(), plan.id)
 
-        def note(wishes: Wishes) -> None:
-            wishes.plans[plan.id] = replace(plan, **changes)
-            if changes.keys() & {"start", "robot_id"}:  # skips are of instants that it had
-                wishes.stopped -= {key for key in wishes.stopped if key[0] == plan.id and key[1] > self._wall}
+        changed = self._decide(
+            lambda: self._app.catalogue.change_schedule(stored, replace(stored, **changes)),
+            lambda wishes: self._note_edit(wishes, plan, changes),
+        )
+        if self.rng.random() < 0.3:
+            self._undo_edit_later(changed, plan, replace(plan, **changes))
 
-        self._decide(lambda: self._app.catalogue.save_schedule(replace(stored, **changes)), note)
+    def _note_edit(self, wishes: Wishes, plan: Schedule, changes: Mapping[str, Any]) -> None:
+        wishes.plans[plan.id] = replace(plan, **changes)
+        if changes.keys() & {"start", "robot_id"}:  # skips are of instants that it had
+            wishes.stopped -= {key for key in wishes.stopped if key[0] == plan.id and key[1] > self._wall}
+
+    def _undo_edit_later(self, changed: Changed, plan: Schedule, edited: Schedule) -> None:
+        was = {name: value for name, value in vars(plan).items() if value != getattr(edited, name)}
+
+        def undo() -> None:
+            if not self.world.is_on or self.diary.started_at > made_at or self.world.was_restored_since(made_at):
+                return
+            with suppress(InvalidInput, DatabaseError):
+                self._decide(
+                    lambda: self._app.catalogue.undo_change(changed),
+                    lambda wishes: self._note_edit(wishes, wishes.plans[plan.id], was),
+                )
+                if was.keys() <= {"start", "robot_id", "enabled"} and not self._may_have_started(edited, made_at):
+                    self.diary.undone.append(Undone(plan.id, made_at, self.world.site.seconds()))
+
+        made_at = self.world.site.seconds()
+        self.world.site.at(self.rng.choice((3.0, 8.0, 40.0, 200.0)), undo)
+
+    def _may_have_started(self, plan: Schedule, since: float) -> bool:
+        """Whether a start of it may have been sent or ended since then."""
+        now = self.world.site.seconds()
+        begin = self._wall - timedelta(seconds=now - since) - LONGEST_WINDOW
+        due = {self.diary.token((plan.id, instant)) for instant in instants(plan, begin, self._wall + MINUTE)}
+        was_sent = any(post.at >= since and post.token in due for post in self.world.site.network.submissions)
+        return was_sent or not all(self.diary.is_clear(name, since - 1.0, now) for name in self.diary.robots_of(plan))
 
     def _stop_due(self, wishes: Wishes, plans: list[Schedule]) -> None:
         """Due starts of these whose rows have been written are stopped for good, unless they had ended before."""

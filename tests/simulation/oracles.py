@@ -254,9 +254,10 @@ class Judge:
             elif since + was < shown < since + ahead:
                 yield since
 
-    def _is_settled(self, key: Key, start: float, end: float) -> bool:
+    def _is_settled(self, key: Key, start: float, end: float, *, except_undone: bool = False) -> bool:
         """Whether it was wanted and not held all this time, on the same robot and within the same window."""
-        wishes, token = self.diary.between(start, end), self.diary.token(key)
+        wishes = self.diary.between(start, end, key[0] if except_undone else None)
+        token = self.diary.token(key)
         if not all(self.diary.wants(each, key) and token not in each.held_starts for each in wishes):
             return False
         plans = [each.plans[key[0]] for each in wishes]
@@ -310,12 +311,17 @@ class Judge:
         if (
             due < 60
             or not self.diary.is_steady(due - 60.0)
-            or not self._is_settled(key, due - 2.0, end)
+            or not self._is_settled(key, due - 2.0, end, except_undone=True)
             or key in self.diary.now.stopped
         ):
             return None
         edited_at = next(
-            (at for at, wishes in reversed(self.diary.wishes) if wishes.plans.get(key[0]) != plan), -math.inf
+            (
+                at
+                for at, wishes in reversed(self.diary.wishes)
+                if wishes.plans.get(key[0]) != plan and not self.diary.was_undone(key[0], at)
+            ),
+            -math.inf,
         )
         if (plan.overlap is Overlap.SKIP and self._may_overlap(key, due)) or edited_at > due - self.diary.most_back():
             return None  # it was past when it was planned so, before the clock was set back
@@ -330,7 +336,8 @@ class Judge:
             if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))
         ]
         first = min([due, *shown])  # it may have been given up then, before the clock was set back
-        for start, until in self.diary.clear_spans(robot, due, end):
+        back = self.diary.undone_until(key[0], due)
+        for start, until in ((max(each, back), until) for each, until in self.diary.clear_spans(robot, due, end)):
             if until - start < self._together or self._gave_up(robot, first, start):
                 continue
             others = self.diary.names.values() if self.diary.is_of_restored_time(key[1]) else ()

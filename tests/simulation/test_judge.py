@@ -233,6 +233,20 @@ def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_ba
     assert objections(world) == []
 
 
+def test_a_start_that_a_pause_ended_may_run_once_the_clock_was_set_back(quiet):
+    world = quiet(with_window=False)
+    world.site.network.down.add("R1")
+    world.site.run(130.0)
+    world.person._plan = lambda: next(plan for plan in world.diary.now.whole.values() if "MINUTELY" in plan.recurrence)
+    world.person.do("pause")
+    assert world.diary.now.stopped
+    world.person.do("resume")
+    world.weather._step(-100.0, 5.0)
+    world.site.network.down.clear()
+    world.site.run_until(lambda: world.site.network.submissions, within=300)
+    assert objections(world) == []
+
+
 def test_a_start_that_had_passed_when_planned_runs_once_the_clock_was_set_back(quiet):
     """That its robot was switched off did not stop it: it was no start yet."""
     world = quiet(with_window=False)

@@ -288,6 +288,7 @@ class Weather:
         self._trouble("clock", None, trouble)
         self.world.site.clock.step(by)
         self.diary.clock.append((now, self.diary.ahead(now) + by))
+        self.diary.come_again(now, self.world.site.clock.now())
         self.world.note_holds()
 
     def disk(self) -> None:

@@ -57,19 +57,29 @@ def undo_change(edit: Edit, changed: Changed) -> Schedule:
         is_free = (other is None or other.id == before.id) and edit.has_generated_name(before)
         before, after = replace(before, name=before.name if is_free else ""), replace(after, name=stored.name)
     schedule: Schedule = change(edit, after, before, must_be_unchanged=True)
+    due, through = before.next_at, schedule.planned_through
     if (
-        before.next_at is not None
-        and before.next_at <= edit.now
+        due is not None
+        and due <= edit.now
+        and (through is None or through < due)
         and schedule_edit.when(schedule) == schedule_edit.when(before) != schedule_edit.when(changed.after)
-        and not edit.executions.has_start_after(edit.c, schedule.id, before.planned_through)
     ):
-        edit.executions.drop_withdrawn(edit.c, schedule.id, before.next_at)
-        edit.schedules.advance(edit.c, schedule.id, before.next_at)
+        edit.executions.drop_withdrawn(edit.c, schedule.id, due)
+        edit.schedules.advance(edit.c, schedule.id, due)
     together = {start.planned_at for start in changed.open_starts}
     for start in changed.open_starts:
-        _restore_start(edit, start, together, has_its_robot_again=False)
+        if not _may_have_run(edit, start):
+            _restore_start(edit, start, together, has_its_robot_again=False)
     edit.topics.add(Topic.EXECUTIONS)
     return edit.the(Schedule, schedule.id)
+
+
+def _may_have_run(edit: Edit, start: Execution) -> bool:
+    """Whether it was planned again since, perhaps on another robot, and the history has forgotten its outcome."""
+    schedule = edit.schedules.get(edit.c, start.schedule_id or 0)
+    if schedule is None or schedule.planned_through is None or schedule.planned_through < start.planned_at:
+        return False
+    return edit.executions.by_token(edit.c, start.token) is None
 
 
 _SAVE: Mapping[type, Callable[[Edit, Any], Any]] = MappingProxyType(
@@ -255,8 +265,7 @@ def _restore_start(edit: Edit, before: Execution, together: Collection[datetime]
     """Waiting starts wait again if the plan still has them; starts that its robot had, or may have, are looked for
     there as soon as the robot is restored. ``together``: instants of all restored starts, which existed at the same
     time. Decided without the history, which may have forgotten them."""
-    was_waiting = before.state is State.WAITING
-    row = edit.executions.get(edit.c, before.id) or edit.executions.by_token(edit.c, before.token)
+    row, was_waiting = edit.executions.by_token(edit.c, before.token), before.state is State.WAITING
     if row is not None and row.id != before.id and row.was_never_sent:  # an edit gave it to another robot
         row = replace(before, id=row.id, state=row.state, reason=row.reason, withdrawn=row.withdrawn, held=row.held)
     if row is None and before.schedule_id is not None and before.planned_at > edit.now:

@@ -13,7 +13,17 @@ from tests.simulation.mutants.mutant import (
     TRACKING,
     Mutant,
 )
-from tests.simulation.mutants.worlds import ABSENCES, CALM, CLOCKS, FLAT_ROBOTS, HELD_ROBOTS, LOST, OUTAGES, ROBOTS
+from tests.simulation.mutants.worlds import (
+    ABSENCES,
+    CALM,
+    CLOCKS,
+    FLAT_ROBOTS,
+    HELD_ROBOTS,
+    LOST,
+    OUTAGES,
+    ROBOTS,
+    UNDONE,
+)
 
 MUTANTS = (
     Mutant(
@@ -56,6 +66,15 @@ MUTANTS = (
         "self._ledger.end(Event.REFUSE, intent, transitions.Reason(transitions.ReasonCode.REFUSED))",
         "never ran",
         CALM,
+    ),
+    Mutant(
+        "what fell due during an edit that was undone is passed over",
+        "services.catalogue.undo:undo_change",
+        "before.next_at <= edit.now",
+        "before.next_at < before.changed_at",
+        "never ran",
+        UNDONE,
+        seed=4,
     ),
     Mutant(
         "no back-off",
