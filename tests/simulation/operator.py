@@ -126,7 +126,8 @@ class Person:
                     lambda: self._app.catalogue.undo_change(changed),
                     lambda wishes: self._note_edit(wishes, wishes.plans[plan.id], was),
                 )
-                if was.keys() <= {"start", "robot_id", "enabled"} and not self._may_have_started(edited, made_at):
+                is_as_before = was.keys() <= {"start", "robot_id", "enabled"} and self.diary.now.plans[plan.id] == plan
+                if is_as_before and not self._may_have_started(edited, made_at):
                     self.diary.undone.append(Undone(plan.id, made_at, self.world.site.seconds()))
 
         made_at = self.world.site.seconds()
