@@ -107,7 +107,7 @@ class Person:
             lambda: self._app.catalogue.change_schedule(stored, replace(stored, **changes)),
             lambda wishes: self._note_edit(wishes, plan, changes),
         )
-        if self.rng.random() < 0.3:
+        if self.world.profile.edits_undone and self.rng.random() < self.world.profile.edits_undone:
             self._undo_edit_later(changed, plan, replace(plan, **changes))
 
     def _note_edit(self, wishes: Wishes, plan: Schedule, changes: Mapping[str, Any]) -> None:

@@ -121,6 +121,7 @@ class Profile:
     fault_rate: float = 0.02
     crash_rate: float = 0.0006
     acts_per_hour: float = 15.0
+    edits_undone: float = 0.3  # the part of edits of a schedule that are undone a moment later
     events_per_hour: float = 15.0
     rough_s: float = 3000.0
     calm_s: float = 1500.0
@@ -136,9 +137,9 @@ class Profile:
     )
 
     def only(self, acts: str = "", events: str = "", **values: object) -> Profile:
-        """The same world with these acts and events alone, by their names."""
+        """The same world with these acts and events alone, by their names, and no edit undone."""
         chosen = {"acts": dict.fromkeys(acts.split(), 1.0), "events": dict.fromkeys(events.split(), 1.0)}
-        return Profile(**{**vars(self), **chosen, **values})  # type: ignore[arg-type]
+        return Profile(**{**vars(self), "edits_undone": 0.0, **chosen, **values})  # type: ignore[arg-type]
 
     def with_groups(self) -> Profile:
         """The same world with starts for any of three to five robots in addition to those for one."""

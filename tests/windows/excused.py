@@ -11,6 +11,9 @@ REASONS = {
     "Windows has no modes of files": (
         "unit/database/test_opening.py::test_everything_is_readable_by_its_owner_only",
         "unit/database/test_opening.py::test_permissions_that_were_too_open_are_tightened",
+        "services/test_real_process.py::test_everything_in_the_data_directory_is_its_owner_s_alone",
+        "services/test_real_process.py::test_a_directory_of_others_is_refused_and_left_as_it_was",
+        "services/test_real_process.py::test_changes_next_to_a_read_only_database_are_read",
     ),
     "Windows deletes no file that is open": (
         "unit/process/test_log_file.py::test_a_crash_is_reported_without_the_log_file",
@@ -30,7 +33,14 @@ REASONS = {
         "unit/test_command.py::test_a_shell_reads_the_command_back",
         "unit/test_command.py::test_a_damaged_database_names_the_installed_command",
     ),
-    "Windows has no SIGTERM": ("services/test_real_process.py::test_headless_says_ready_once_and_ends_with_0",),
+    "Windows has no SIGTERM and no SIGSTOP": (
+        "services/test_real_process.py::test_headless_says_ready_once_and_ends_with_0",
+        "services/test_real_process.py::test_a_robot_that_hangs_holds_up_neither_ready_nor_the_end",
+        "services/test_real_process.py::test_run_now_takes_over_from_an_app_that_is_killed_before_it_answers[not read yet]",
+        "services/test_real_process.py::test_exports_read_where_nothing_can_be_written",
+        "services/test_real_process.py::test_a_damaged_database_is_kept_aside_and_cured_by_its_backup_alone",
+        "services/test_real_process.py::test_secrets_are_in_the_database_and_its_backups_only",
+    ),
     "the test dies in os.open and leaves its file open": (
         "unit/database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-False]",
         "unit/database/test_damage.py::test_a_restore_that_ends_anywhere_is_finished_or_was_never_begun[True-True]",

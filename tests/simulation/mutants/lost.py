@@ -70,8 +70,8 @@ MUTANTS = (
     Mutant(
         "what fell due during an edit that was undone is passed over",
         "services.catalogue.undo:undo_change",
-        "before.next_at <= edit.now",
-        "before.next_at < before.changed_at",
+        "due is not None",
+        "False",
         "never ran",
         UNDONE,
         seed=4,

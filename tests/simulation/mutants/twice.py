@@ -103,7 +103,7 @@ MUTANTS = (
     Mutant(
         "how far a schedule is planned is not kept",
         f"{SCHEDULES}.advance_all",
-        "planned_through = coalesce(given.planned, planned_through)",
+        "planned_through = coalesce(progress.planned, planned_through)",
         "planned_through = planned_through",
         "items with one token",
         SHORT,

@@ -49,7 +49,7 @@ FLAT_ROBOTS = world("change_battery", "low_battery", (20, 12), every_minutes=5, 
 OUTAGES = replace(world("", "outage", (15, 30), every_minutes=3, retry_limit=10, poll_interval=30), longest_outage=90.0)
 CANCELS = world("cancel", "outage lost_request", (60, 30), quiet_s=90, every_minutes=3)
 EDITS = world("change_mission", "outage", (60, 20), quiet_s=90, every_minutes=3)
-UNDONE = world("switch_schedule other_robot move", "", (20, 0), every_minutes=3)
+UNDONE = replace(world("switch_schedule other_robot move", "", (20, 0), every_minutes=3), edits_undone=0.3)
 PAUSES = world("pause", "outage", (60, 20), every_minutes=3)
 HELD_ROBOTS = world("hold release", "outage", (60, 20), every_minutes=3)
 CRASHES = replace(world("run_now", "lost_request", (15, 15), every_minutes=3), crash_rate=0.01)
