@@ -209,9 +209,10 @@ class Diary:
         """Whether an edit of a schedule held then that was undone later."""
         return any(each.schedule_id == schedule_id and each.start <= at < each.end for each in self.undone)
 
-    def undone_until(self, schedule_id: int, at: float) -> float:
-        """When the last edit of it was undone that held at that time or later; ``at`` if none did."""
-        return max([at, *(each.end for each in self.undone if each.schedule_id == schedule_id)])
+    def undone_until(self, schedule_id: int, start: float, end: float) -> float:
+        """When the last edit of it was undone that held in this time; ``start`` if none did."""
+        ends = (each.end for each in self.undone if each.schedule_id == schedule_id and each.start < end)
+        return max([start, *ends])
 
     def wants(self, wishes: Wishes, key: Key, days: bool = True) -> bool:
         """Whether that start is planned; ``days`` False: ignoring working days."""

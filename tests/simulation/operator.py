@@ -103,32 +103,44 @@ class Person:
     def _edit(self, plan: Schedule, **changes: Any) -> None:
         stored = self._app.repositories.schedules.get(self._app.db.read(), plan.id)
 
+        before = self.diary.now
         changed = self._decide(
             lambda: self._app.catalogue.change_schedule(stored, replace(stored, **changes)),
             lambda wishes: self._note_edit(wishes, plan, changes),
         )
         if self.world.profile.edits_undone and self.rng.random() < self.world.profile.edits_undone:
-            self._undo_edit_later(changed, plan, replace(plan, **changes))
+            self._undo_edit_later(changed, plan, replace(plan, **changes), before)
 
     def _note_edit(self, wishes: Wishes, plan: Schedule, changes: Mapping[str, Any]) -> None:
         wishes.plans[plan.id] = replace(plan, **changes)
         if changes.keys() & {"start", "robot_id"}:  # skips are of instants that it had
             wishes.stopped -= {key for key in wishes.stopped if key[0] == plan.id and key[1] > self._wall}
 
-    def _undo_edit_later(self, changed: Changed, plan: Schedule, edited: Schedule) -> None:
+    def _undo_edit_later(self, changed: Changed, plan: Schedule, edited: Schedule, before: Wishes) -> None:
         was = {name: value for name, value in vars(plan).items() if value != getattr(edited, name)}
 
         def undo() -> None:
             if not self.world.is_on or self.diary.started_at > made_at or self.world.was_restored_since(made_at):
                 return
-            with suppress(InvalidInput, DatabaseError):
+            try:
                 self._decide(
                     lambda: self._app.catalogue.undo_change(changed),
                     lambda wishes: self._note_edit(wishes, wishes.plans[plan.id], was),
                 )
-                is_as_before = was.keys() <= {"start", "robot_id", "enabled"} and self.diary.now.plans[plan.id] == plan
-                if is_as_before and not self._may_have_started(edited, made_at):
-                    self.diary.undone.append(Undone(plan.id, made_at, self.world.site.seconds()))
+            except DatabaseError:
+                return
+            except InvalidInput as problem:
+                if self.diary.now.plans.get(plan.id) == edited:
+                    self.world.judge.object(f"truth: an edit of {plan.name} can't be undone: {problem}")
+                return
+            is_of_instants = was.keys() <= {"start", "robot_id", "enabled"}
+            if is_of_instants and only_edited(made_at) and not self._may_have_started(edited, made_at):
+                self.diary.undone.append(Undone(plan.id, made_at, self.world.site.seconds()))
+
+        def only_edited(since: float) -> bool:
+            """Whether people have decided nothing else since then."""
+            wishes = self.diary.between(since, self.world.site.seconds())
+            return all(vars(each) | {"plans": each.plans | {plan.id: plan}} == vars(before) for each in wishes)
 
         made_at = self.world.site.seconds()
         self.world.site.at(self.rng.choice((3.0, 8.0, 40.0, 200.0)), undo)

@@ -336,7 +336,7 @@ class Judge:
             if not self.diary.is_clear(robot, at - 2.0, at + 600.0, but=("slow", "clock"))
         ]
         first = min([due, *shown])  # it may have been given up then, before the clock was set back
-        back = self.diary.undone_until(key[0], due)
+        back = self.diary.undone_until(key[0], due, end)
         for start, until in ((max(each, back), until) for each, until in self.diary.clear_spans(robot, due, end)):
             if until - start < self._together or self._gave_up(robot, first, start):
                 continue

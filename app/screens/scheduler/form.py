@@ -99,8 +99,12 @@ class FormModel(EventDispatcher):
         self._facts = facts
         if self.draft == self._begun and self._proposes:
             self.draft = self._begun = self._fresh()
-        elif self.draft == self._begun and self.draft.is_stored and (schedule := facts.schedule(self.editing)):
-            self.draft = self._begun = Draft.of(schedule, facts.name(schedule))
+        elif (
+            self.draft == self._begun and self.draft.is_stored and (stored := self._stored()) not in (None, self.draft)
+        ):
+            self.draft = self._begun = stored
+            self.parameters.forget()
+            self.show()
         if self.is_open:
             self.parameters.ask(facts, again=True)
         self.forecast()
@@ -118,6 +122,10 @@ class FormModel(EventDispatcher):
         facts, selected = self._facts, self._facts.settings.selected_robot_id
         robots = sorted(facts.robots, key=lambda robot: (not robot.enabled, robot.id != selected))
         return Draft.new(self._local_now(), facts.settings, facts.calendar, robots[0].id if robots else None)
+
+    def _stored(self) -> Draft | None:
+        schedule = self._facts.schedule(self.editing)
+        return None if schedule is None else Draft.of(schedule, self._facts.name(schedule))
 
     def _local_now(self) -> datetime:
         return self._services.clock.now().astimezone(ZoneInfo(self._facts.settings.timezone))

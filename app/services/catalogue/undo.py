@@ -9,7 +9,7 @@ from datetime import datetime
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from app.domain import names
+from app.domain import names, rules
 from app.domain.execution import UNBOUND, Execution, ReasonCode, State, Trigger
 from app.domain.models import DayException, Fleet, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import (
@@ -26,6 +26,7 @@ from app.services.catalogue.validation import check_name_is_free
 from app.services.executions import transitions
 from app.services.executions.wanted import wanted
 from app.services.live.changes import Topic
+from app.services.planning.planned import first_due
 
 T = TypeVar("T")
 
@@ -49,37 +50,52 @@ def change_schedule(edit: Edit, before: Schedule, after: Schedule) -> Changed:
 
 
 def undo_change(edit: Edit, changed: Changed) -> Schedule:
-    """What others have changed of the schedule stays. What waited waits again, and starts that fell due since are due, unless there
-    was one since that ran or was ended otherwise."""
+    """What others have changed of the schedule stays. What waited waits again, and starts that fell due since are due, unless one of
+    the changed schedule was sent or ended since."""
     before, after, stored = changed.before, changed.after, edit.the(Schedule, changed.before.id)
     if changed.has_generated_names and edit.has_generated_name(stored):
         other = edit.schedules.by_name(edit.c, before.name)
         is_free = (other is None or other.id == before.id) and edit.has_generated_name(before)
         before, after = replace(before, name=before.name if is_free else ""), replace(after, name=stored.name)
     schedule: Schedule = change(edit, after, before, must_be_unchanged=True)
-    due, through = before.next_at, schedule.planned_through
-    if (
-        due is not None
-        and due <= edit.now
-        and (through is None or through < due)
-        and schedule_edit.when(schedule) == schedule_edit.when(before) != schedule_edit.when(changed.after)
-    ):
+    if (due := _due_since(edit, changed, schedule)) is not None:
         edit.executions.drop_withdrawn(edit.c, schedule.id, due)
         edit.schedules.advance(edit.c, schedule.id, due)
     together = {start.planned_at for start in changed.open_starts}
     for start in changed.open_starts:
-        if not _may_have_run(edit, start):
+        if not _has_been_decided(edit, start):
             _restore_start(edit, start, together, has_its_robot_again=False)
     edit.topics.add(Topic.EXECUTIONS)
     return edit.the(Schedule, schedule.id)
 
 
-def _may_have_run(edit: Edit, start: Execution) -> bool:
-    """Whether it was planned again since, perhaps on another robot, and the history has forgotten its outcome."""
+def _due_since(edit: Edit, changed: Changed, schedule: Schedule) -> datetime | None:
+    """The first start that the ``schedule`` has lost by the change, as it is again: it fell due since, is not too late, and all that
+    the changed one had since was withdrawn unsent."""
+    before, due = changed.before, changed.before.next_at
+    as_before = replace(schedule, robot_id=before.robot_id, group_id=before.group_id)
+    if due is None or schedule_edit.when(as_before) != schedule_edit.when(before):
+        return None
+    first_changed, through = changed.after.next_at, schedule.planned_through
+    if through is not None and through >= max(due, first_changed or due):
+        return None
+    window = rules.closes_at(due, schedule.start_window_minutes, edit.settings) - due
+    since = max(due, edit.now - window, schedule.paused_until or due)
+    unplanned = replace(schedule, planned_through=before.planned_through)
+    skipped = edit.schedules.skipped(edit.c, schedule.id)
+    found = first_due(unplanned, edit.settings, since, edit.calendar, skipped)
+    return found if found is not None and found <= edit.now else None
+
+
+def _has_been_decided(edit: Edit, start: Execution) -> bool:
+    """Whether it ended because its robot was switched off, or was planned again since, perhaps on another robot, and the history has
+    forgotten its outcome."""
+    row = edit.executions.by_token(edit.c, start.token)
+    if row is not None:
+        return row.id == start.id and row.reason is not None and row.reason.code is ReasonCode.ROBOT_REMOVED
     schedule = edit.schedules.get(edit.c, start.schedule_id or 0)
-    if schedule is None or schedule.planned_through is None or schedule.planned_through < start.planned_at:
-        return False
-    return edit.executions.by_token(edit.c, start.token) is None
+    through = None if schedule is None else schedule.planned_through
+    return through is not None and through >= start.planned_at
 
 
 _SAVE: Mapping[type, Callable[[Edit, Any], Any]] = MappingProxyType(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from datetime import timedelta
 
-from app.domain.models import Connection, Mission, Overlap
+from app.domain.models import Connection, DayException, Mission, Overlap
 from app.domain.reasons import sentence, waiting_sentence
 from app.domain.rules import in_dispatch_order
 from app.services.dispatch import messages
@@ -315,6 +315,9 @@ FLAT = each(
     [battery(12), plan(battery=30, window=20, rule="FREQ=DAILY"), 310, waits(BATTERY)],
 )
 CHARGED = [battery(80), 600]
+TODAY_OFF = do(
+    lambda s: s.container.catalogue.save_days(DayException("outing", s.clock.now().date(), s.clock.now().date()))
+)
 
 test_undone = cases_of(
     Story(
@@ -369,6 +372,42 @@ test_undone = cases_of(
         [100, runs(1)],
         FORGOTTEN,
         [UNDO, 600, runs(1)],
+        robots=2,
+    ),
+    Story(
+        "a start that fell due before an edit was undone runs though the edited one waited",
+        [battery(12), plan(battery=30, window=20), 298],
+        each(change(at="06:06"), change(at="06:07", rule="FREQ=DAILY")),
+        [130, waits(BATTERY), UNDO, CHARGED, ends(DONE), minutes(5)],
+    ),
+    Story(
+        "a start whose window was over before an edit was undone writes no row",
+        [plan(rule="FREQ=DAILY", window=5), 298, change(at="08:00"), 900, UNDO, 60, states()],
+        true(lambda s: s.container.alarms.open() == []),
+    ),
+    Story(
+        "a start of a day that was closed before an edit was undone does not run",
+        [plan(rule="FREQ=DAILY", window=20, respect_working_days=True), 298, change(at="06:15")],
+        [TODAY_OFF, 5, UNDO, 900, runs(0)],
+    ),
+    Story(
+        "what ended because its robot was switched off does not wait again",
+        [
+            battery(12),
+            plan(battery=30, window=20),
+            310,
+            change(priority=4),
+            robot_off("R1"),
+            robot_on("R1"),
+            UNDO,
+            CHARGED,
+            runs(0),
+        ],
+    ),
+    Story(
+        "a start that fell due while it was off runs on the robot that somebody has chosen since",
+        [plan(rule="FREQ=DAILY", window=20), 298, switch(), edit(robot_id=2), 5, UNDO, 600, ends(DONE)],
+        true(lambda s: s.row().robot == "R2"),
         robots=2,
     ),
     Story(

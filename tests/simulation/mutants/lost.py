@@ -69,12 +69,12 @@ MUTANTS = (
     ),
     Mutant(
         "what fell due during an edit that was undone is passed over",
-        "services.catalogue.undo:undo_change",
-        "due is not None",
+        "services.catalogue.undo:_due_since",
+        "found is not None and found <= edit.now",
         "False",
         "never ran",
         UNDONE,
-        seed=4,
+        seed=12,
     ),
     Mutant(
         "no back-off",

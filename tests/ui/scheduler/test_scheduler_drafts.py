@@ -117,6 +117,24 @@ def test_parameters_are_those_of_the_schedule_in_the_form(screen, container, ui,
         assert ui.find(ParameterFields).values() == {"count": count}
 
 
+def test_parameters_in_an_open_form_are_those_after_an_undo(screen, container, ui, monkeypatch):
+    monkeypatch.setattr(container.robot_missions, "parameters", lambda _robot_id, _guid: (PALLETS,))
+    schedule = container.catalogue.save_schedule(replace(stock(container), parameters={"count": 5}))
+    settle(screen, ui)
+    screen.plan.edit(schedule.id)
+    typed(screen, ui, "9")
+    save(screen, ui)
+    screen.plan.edit(schedule.id)
+    settle(screen, ui)
+    ui.tap(ui.find(root=ui.find(Snackbar), text="Undo"))
+    settle(screen, ui)
+    assert ui.find(ParameterFields).values() == {"count": "5"}
+    screen.plan.form.set(priority=3)
+    settle(screen, ui)
+    save(screen, ui)
+    assert stored(container, schedule).parameters == {"count": 5}
+
+
 # ---------------------------------------------------------------------- what was typed for the mission
 def typed(screen, ui, count: str) -> None:
     settle(screen, ui)
