@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from app.database import files
 from app.database.check_ups import CheckUpRepository
+from app.database.copy import copy_in_memory
 from app.database.errors import DatabaseRefused, DatabaseUnavailable, primary_code, translated
 from app.database.schema import APPLICATION_ID, MIGRATIONS, configured
 from app.database.schema_figures import RECOUNT
@@ -37,12 +38,6 @@ CHECK_UP_LEFT = message(
 )["msgid"]
 BACKUPS = "backups"  # the directory, in the data directory
 KEPT = 7  # daily ones
-COPIED = 100_001  # rows of a table that are looked at before a restore
-_HISTORY = ("observed", "activity_spans", "activity_days", "ended_days")  # read for figures and curves only
-_SOME = {
-    "executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
-                           OR id IN (SELECT id FROM executions ORDER BY planned_at DESC, id DESC LIMIT 1000) LIMIT {COPIED}"""
-}
 SEQUENCE_GAP = 1000  # ids skipped at a restore: objects made after the backup must not be taken for new ones
 
 
@@ -112,7 +107,7 @@ def problem_of(backup: Path, any_version: bool = False, check: Check | None = No
                 return message("it is damaged")
             if check is None:
                 return None
-            with contextlib.closing(_rows_of(connection, version)) as rows:
+            with contextlib.closing(copy_in_memory(connection, version)) as rows:
                 return check(rows) or problem_in_backup(connection)
     except OSError as error:
         return message_of_system(error)
@@ -133,24 +128,6 @@ def _schema_of(version: int) -> list[tuple[str, ...]]:
     with contextlib.closing(sqlite3.connect(":memory:")) as connection:
         connection.executescript("".join(MIGRATIONS[:version]))
         return _schema(connection)
-
-
-def _rows_of(backup: sqlite3.Connection, version: int) -> sqlite3.Connection:
-    """A copy in memory, of the present version."""
-    copy = sqlite3.connect(":memory:", isolation_level=None)
-    for script in MIGRATIONS[:version]:
-        copy.executescript(script)
-    tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")} - {
-        *_HISTORY,
-        "sqlite_sequence",
-    }
-    for table in (*tables, "sqlite_sequence"):
-        rows = backup.execute(f"SELECT * FROM {table} {_SOME.get(table, f'LIMIT {COPIED}')}")
-        copy.execute(f"DELETE FROM {table}")  # until then the sequences follow from the rows
-        copy.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' for _ in rows.description)})", rows)
-    for script in MIGRATIONS[version:]:
-        copy.executescript(script)
-    return configured(copy)
 
 
 def newest_good_backup(path: Path, check: Check | None = None) -> Path | None:
@@ -311,7 +288,7 @@ def _left_by(database: Path, check: Check | None) -> _Left:
             wrong = min(int(settings.get(former, WRONG_PINS, 0)), LARGEST_IN_BACKUP)
             checked_up: Sequence[str] = ()
             version: int = former.execute("PRAGMA user_version").fetchone()[0]
-            with contextlib.suppress(sqlite3.Error), contextlib.closing(_rows_of(connection, version)) as rows:
+            with contextlib.suppress(sqlite3.Error), contextlib.closing(copy_in_memory(connection, version)) as rows:
                 if check is None or check(rows) is None:  # else the app doesn't start on it, and undoes nothing
                     checked_up = CheckUpRepository().names_left(rows)
             return _Left(wrong, _ran_until(former), checked_up)

@@ -99,6 +99,15 @@ def test_a_preview_says_what_the_import_will_and_changes_nothing(container):
     assert import_configuration(container.catalogue, content) == lines
 
 
+def test_others_do_not_wait_for_a_preview_nor_for_a_file_that_changes_nothing(container, monkeypatch):
+    import_configuration(container.catalogue, document([{}]))
+    monkeypatch.setattr(container.db, "write", lambda *_: pytest.fail("a transaction was begun"))
+    assert import_configuration(container.catalogue, document([{}])) == []
+    with pytest.raises(InvalidInput, match="there is no mission unknown"):
+        import_configuration(container.catalogue, document([{}, {"mission": "unknown"}]))
+    assert len(preview(container.catalogue, document([{}, {}]))[0]) == 1
+
+
 def test_a_wrong_file_is_reported_and_changes_nothing(container):
     before = container.db.read().execute("SELECT * FROM settings").fetchall()
     answers = handlers(container)

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import replace
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 from app.database.connection import Database
+from app.database.copy import copy_in_memory
 from app.database.execution_history import ExecutionHistory
 from app.database.fleets import FleetRepository
 from app.database.group_executions import GroupExecutionRepository
@@ -57,10 +59,6 @@ T = TypeVar("T")
 log = logging.getLogger(__name__)
 
 __all__ = ["Catalogue", "Edit", "Removed"]
-
-
-class _TriedOut(Exception):
-    """Ends a transaction that must change nothing."""
 
 
 class Catalogue:
@@ -169,16 +167,9 @@ class Catalogue:
         return self.edit(lambda edit: undo.change(edit, changed, before, must_be_unchanged=True))
 
     def try_out(self, work: Callable[[Edit], T]) -> T:
-        """What ``work`` would return: nothing is changed."""
-
-        def tried_out(edit: Edit) -> NoReturn:
-            raise _TriedOut(work(edit))
-
-        try:
-            return self.edit(tried_out)
-        except _TriedOut as end:
-            result: T = end.args[0]
-            return result
+        """What ``work`` would return: nothing is changed, and others keep writing."""
+        with closing(copy_in_memory(self._db.read())) as copy:
+            return work(Edit(copy, self._clock.now()))
 
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:

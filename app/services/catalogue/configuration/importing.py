@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -40,8 +39,6 @@ from app.services.catalogue.configuration.machines import Machines
 from app.services.catalogue.fields import Item, differing, placed
 from app.services.catalogue.generated_names import Unnamed
 from app.services.catalogue.parameter_check import Checked
-from app.services.planning import public_holidays
-from app.services.planning.recurrence import check_has_instants
 
 # So many are written within a second, in which no one else can write.
 MOST: Mapping[str, tuple[type, int]] = {
@@ -75,8 +72,9 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
     if not may_delete and (deletes := _deletes(catalogue, document)):
         raise deletes
     asked = AskedRobots(catalogue)
-    _look_up(catalogue, document)
-    lines = _run(document, asked, catalogue.edit)
+    lines = _run(document, asked, catalogue.try_out)
+    if lines:  # others wait for neither a file that is refused or has nothing new, nor for what is found once (COUNT, holidays)
+        lines = _run(document, asked, catalogue.edit)
     asked.keep()
     return lines
 
@@ -84,7 +82,6 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
 def preview(catalogue: Catalogue, content: bytes) -> tuple[list[Message], DeletesRuns | None]:
     """What ``import_configuration`` would return, and which runs it would delete; nothing is changed. Raises InvalidInput."""
     document = read(content)
-    _look_up(catalogue, document)
     return _run(document, AskedRobots(catalogue), catalogue.try_out), _deletes(catalogue, document)
 
 
@@ -92,25 +89,6 @@ def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
     limit: int | None = document.objects["settings"].values.get("history_limit")
     count = 0 if limit is None else catalogue.runs_beyond(limit)
     return DeletesRuns(limit, count) if limit is not None and count else None
-
-
-def _look_up(catalogue: Catalogue, document: Document) -> None:
-    """What may take seconds is known before the transaction, in which others have to wait: where a COUNT ends, and
-    holidays, which are in a large library."""
-    if country := document.objects["calendar"].changes.get("holiday_country"):
-        public_holidays.subdivisions(country)
-    stored = {schedule.name: schedule for schedule in catalogue.schedules()}
-    zone = document.objects["settings"].changes.get("timezone", catalogue.settings().timezone)
-    for item in document.lists["schedules"]:
-        times = {
-            name: value
-            for name, value in item.changes.items()
-            if name in ("start", "timezone", "recurrence", "between")
-        }
-        if "start" in times:
-            schedule = stored.get(item.values.get("name") or "", Schedule("", None, 0, times["start"], zone))
-            with suppress(InvalidInput):
-                check_has_instants(replace(schedule, **times))
 
 
 def _run(

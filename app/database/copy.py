@@ -1,0 +1,35 @@
+"""A copy of a database in memory: to check a backup on it, and to try out a change while others keep writing."""
+
+from __future__ import annotations
+
+import sqlite3
+
+from app.database.schema import MIGRATIONS, configured
+
+COPIED = 100_001  # rows of a table at most
+_HISTORY = {"observed", "activity_spans", "activity_days", "ended_days"}  # read for figures and curves only
+_SOME = {
+    "executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
+                           OR id IN (SELECT id FROM executions ORDER BY planned_at DESC, id DESC LIMIT 1000) LIMIT {COPIED}"""
+}
+
+
+def copy_in_memory(source: sqlite3.Connection, version: int = len(MIGRATIONS)) -> sqlite3.Connection:
+    """Of the present version, from one of that ``version``: everything but the history, of which only the open and the newest
+    executions. The caller closes it."""
+    copy = sqlite3.connect(":memory:", isolation_level=None)
+    for script in MIGRATIONS[:version]:
+        copy.executescript(script)
+    tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
+    source.execute("BEGIN")  # so that all tables are read as they are at one moment
+    try:
+        for table in (*(tables - _HISTORY - {"sqlite_sequence"}), "sqlite_sequence"):
+            rows = source.execute(f"SELECT * FROM {table} {_SOME.get(table, f'LIMIT {COPIED}')}")
+            copy.execute(f"DELETE FROM {table}")  # until then the sequences follow from the rows
+            copy.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' for _ in rows.description)})", rows)
+    finally:
+        source.execute("ROLLBACK")
+    for script in MIGRATIONS[version:]:
+        copy.executescript(script)
+    copy.execute("PRAGMA foreign_keys = ON")
+    return configured(copy)
