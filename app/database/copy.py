@@ -15,8 +15,8 @@ _SOME = {
 
 
 def copy_in_memory(source: sqlite3.Connection, version: int = len(MIGRATIONS)) -> sqlite3.Connection:
-    """Of the present version, from one of that ``version``: everything but the history, of which only the open and the newest
-    executions. The caller closes it."""
+    """Of the present version, from one of that ``version``: what is configured, the open and the newest executions. The caller
+    closes it."""
     copy = sqlite3.connect(":memory:", isolation_level=None)
     for script in MIGRATIONS[:version]:
         copy.executescript(script)
