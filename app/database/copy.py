@@ -18,18 +18,28 @@ def copy_in_memory(source: sqlite3.Connection, version: int = len(MIGRATIONS)) -
     """Of the present version, from one of that ``version``: what is configured, the open and the newest executions. The caller
     closes it."""
     copy = sqlite3.connect(":memory:", isolation_level=None)
-    for script in MIGRATIONS[:version]:
-        copy.executescript(script)
+    try:
+        for script in MIGRATIONS[:version]:
+            copy.executescript(script)
+        _copy_rows(source, copy)
+        for script in MIGRATIONS[version:]:
+            copy.executescript(script)
+        copy.execute("PRAGMA foreign_keys = ON")
+        return configured(copy)
+    except BaseException:
+        copy.close()
+        raise
+
+
+def _copy_rows(source: sqlite3.Connection, copy: sqlite3.Connection) -> None:
+    """All as they are at one moment."""
     tables = {name for (name,) in copy.execute("SELECT name FROM sqlite_schema WHERE type = 'table'")}
-    source.execute("BEGIN")  # so that all tables are read as they are at one moment
+    source.execute("BEGIN")
     try:
         for table in (*(tables - _HISTORY - {"sqlite_sequence"}), "sqlite_sequence"):
             rows = source.execute(f"SELECT * FROM {table} {_SOME.get(table, f'LIMIT {COPIED}')}")
             copy.execute(f"DELETE FROM {table}")  # until then the sequences follow from the rows
             copy.executemany(f"INSERT INTO {table} VALUES ({', '.join('?' for _ in rows.description)})", rows)
     finally:
-        source.execute("ROLLBACK")
-    for script in MIGRATIONS[version:]:
-        copy.executescript(script)
-    copy.execute("PRAGMA foreign_keys = ON")
-    return configured(copy)
+        if source.in_transaction:  # not where SQLite has ended it (I/O error, no memory)
+            source.execute("ROLLBACK")

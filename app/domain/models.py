@@ -147,9 +147,14 @@ class Robot:
         """Whether nothing is sent to it by itself: what its fleet does with orders, or which one it is, is not known."""
         return self.fleet is not None and (self.fleet.known is None or not self.is_identified)
 
+    @property
+    def is_on_by_itself(self) -> bool:
+        """Whether it is switched on, or would be if its fleet were."""
+        return self.enabled or self.off_with_fleet
+
     def within(self, fleet: Fleet) -> Robot:
         """The same with all that it has of its fleet; it is off while that is."""
-        is_wanted = self.enabled or self.off_with_fleet
+        is_on = self.is_on_by_itself
         return replace(
             self,
             fleet=fleet,
@@ -158,8 +163,8 @@ class Robot:
             token=fleet.token,
             certificate_sha256=fleet.certificate_sha256,
             needs_password=fleet.needs_password,
-            enabled=is_wanted and fleet.enabled,
-            off_with_fleet=is_wanted and not fleet.enabled,
+            enabled=is_on and fleet.enabled,
+            off_with_fleet=is_on and not fleet.enabled,
         )
 
 

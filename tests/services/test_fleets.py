@@ -9,9 +9,11 @@ import pytest
 from app.database.fleets import FleetRepository
 from app.domain.check_up import RobotProfile
 from app.domain.execution import ReasonCode, State, Wait
+from app.domain.message import render
 from app.domain.models import Fleet, Group, Robot
 from app.domain.reasons import sentence, waiting_sentence
 from app.services.live.changes import Topic
+from tests.support.edits import import_file
 from tests.support.site import PASSWORD, USER, Site
 
 
@@ -54,6 +56,14 @@ def test_one_that_waited_too_long_says_why(site):
     assert (row.state, row.reason.code) == (State.FAILED, ReasonCode.WINDOW_CLOSED)
     assert sentence(row.reason, "UTC").endswith("the fleet Hall was not checked up")
     assert row.attempts == 0
+
+
+def test_a_robot_that_a_file_switches_off_stays_off_with_its_fleet(site):
+    site.catalogue.save_fleet(replace(site.hall, enabled=False))
+    (line,) = import_file(site.catalogue, robots=[{"name": "Bella", "enabled": False}])
+    assert render(line) == "robot Bella changed: In use yes → no"
+    site.catalogue.save_fleet(replace(site.catalogue.fleets()[0], enabled=True))
+    assert not site.catalogue.robots()[0].enabled
 
 
 def test_a_group_chooses_none_of_its_robots(site):

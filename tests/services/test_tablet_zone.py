@@ -309,11 +309,12 @@ def test_a_guess_is_taken_and_alarmed_until_somebody_chooses(tablet, caplog):
     assert tablet.container.alarms.open() == []
 
 
-def test_a_configuration_with_a_zone_is_a_choice(tablet):
+@pytest.mark.parametrize("zone", [GUESS.name, "Europe/Riga"])
+def test_a_configuration_with_a_zone_is_a_choice(tablet, zone):
     tablet.zone = GUESS
     tablet.start()
-    import_file(tablet.container.catalogue, settings={"timezone": "Europe/Riga"})
-    assert tablet.container.settings().timezone == "Europe/Riga"
+    import_file(tablet.container.catalogue, settings={"timezone": zone})
+    assert tablet.container.settings().timezone == zone
     assert tablet.codes() == []
 
 

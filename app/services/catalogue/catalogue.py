@@ -7,6 +7,7 @@ a changed schedule are cancelled, next occurrences recomputed), and published af
 from __future__ import annotations
 
 import logging
+import sqlite3
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
@@ -168,8 +169,11 @@ class Catalogue:
 
     def try_out(self, work: Callable[[Edit], T]) -> T:
         """What ``work`` would return: nothing is changed, and others keep writing."""
-        with closing(copy_in_memory(self._db.read())) as copy:
-            return work(Edit(copy, self._clock.now()))
+        try:
+            with closing(copy_in_memory(self._db.read())) as copy:
+                return work(Edit(copy, self._clock.now()))
+        except sqlite3.Error as error:
+            raise self._db.known(error) from None
 
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 
 from app.domain import names, rules
+from app.domain.clock import MOMENT
 from app.domain.execution import UNBOUND, Execution, ReasonCode, State, Trigger
 from app.domain.models import DayException, Fleet, Group, IdleRule, InvalidInput, Mission, Place, Robot, Schedule
 from app.services.catalogue import (
@@ -50,8 +51,8 @@ def change_schedule(edit: Edit, before: Schedule, after: Schedule) -> Changed:
 
 
 def undo_change(edit: Edit, changed: Changed) -> Schedule:
-    """What others have changed of the schedule stays. What waited waits again, and starts that fell due since are due, unless one of
-    the changed schedule was sent or ended since."""
+    """What others have changed of the schedule stays. What waited waits again, and starts that fell due since are due, unless a later
+    one of the changed schedule was sent or ended."""
     before, after, stored = changed.before, changed.after, edit.the(Schedule, changed.before.id)
     if changed.has_generated_names and edit.has_generated_name(stored):
         other = edit.schedules.by_name(edit.c, before.name)
@@ -70,8 +71,8 @@ def undo_change(edit: Edit, changed: Changed) -> Schedule:
 
 
 def _due_since(edit: Edit, changed: Changed, schedule: Schedule) -> datetime | None:
-    """The first start that the ``schedule`` has lost by the change, as it is again: it fell due since, is not too late, and all that
-    the changed one had since was withdrawn unsent."""
+    """The first start that the ``schedule`` has lost by the change, as it is again: it fell due since and is not too late. None where
+    a later start of the changed schedule has been sent or ended."""
     before, due = changed.before, changed.before.next_at
     as_before = replace(schedule, robot_id=before.robot_id, group_id=before.group_id)
     if due is None or schedule_edit.when(as_before) != schedule_edit.when(before):
@@ -80,11 +81,15 @@ def _due_since(edit: Edit, changed: Changed, schedule: Schedule) -> datetime | N
     if through is not None and through >= max(due, first_changed or due):
         return None
     window = rules.closes_at(due, schedule.start_window_minutes, edit.settings) - due
-    since = max(due, edit.now - window, schedule.paused_until or due)
+    since = max(due, edit.now - window + MOMENT)
     unplanned = replace(schedule, planned_through=before.planned_through)
     skipped = edit.schedules.skipped(edit.c, schedule.id)
     found = first_due(unplanned, edit.settings, since, edit.calendar, skipped)
-    return found if found is not None and found <= edit.now else None
+    if found is None or not found <= edit.now < found + window:
+        return None
+    return (
+        found if schedule.next_at is None or found < schedule.next_at else None
+    )  # else starts that are due are passed over
 
 
 def _has_been_decided(edit: Edit, start: Execution) -> bool:

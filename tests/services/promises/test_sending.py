@@ -382,8 +382,21 @@ test_undone = cases_of(
     ),
     Story(
         "a start whose window was over before an edit was undone writes no row",
-        [plan(rule="FREQ=DAILY", window=5), 298, change(at="08:00"), 900, UNDO, 60, states()],
+        each(plan(rule="FREQ=DAILY", window=5), plan(window=5)),
+        [298, change(at="08:00")],
+        each(390, 900),
+        [UNDO, 60, states()],
         true(lambda s: s.container.alarms.open() == []),
+    ),
+    Story(
+        "a start that fell due in a pause before an edit was undone says so",
+        [plan(rule="FREQ=DAILY", window=20), 298, change(at="06:15"), pause(5), 100, UNDO, 900, ends(PAUSED)],
+    ),
+    Story(
+        "starts that fell due while the tablet slept are missed though an edit is undone before they are noticed",
+        [plan(rule="FREQ=MINUTELY", window=1), 290, change(priority=4), 1, asleep(1500), UNDO, 5],
+        true(lambda s: [row.starts for row in s.executions() if row.state is State.MISSED] == [24]),
+        stays_open=True,
     ),
     Story(
         "a start of a day that was closed before an edit was undone does not run",

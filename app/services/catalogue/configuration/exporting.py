@@ -73,9 +73,8 @@ class _Export:
 
     def _robot(self, robot: Robot) -> dict[str, Any]:
         """Of one of a fleet only what is its own."""
-        enabled = robot.enabled or robot.off_with_fleet
-        fleet = robot.fleet and robot.fleet.name
-        found = written(robot, fields.ROBOT, idle=self._idle(robot.idle), enabled=enabled, fleet=fleet)
+        idle, fleet = self._idle(robot.idle), robot.fleet and robot.fleet.name
+        found = written(robot, fields.ROBOT, idle=idle, enabled=robot.is_on_by_itself, fleet=fleet)
         return {key: value for key, value in found.items() if fleet is None or key not in fields.OF_FLEET}
 
     def _idle(self, rule: IdleRule | None) -> dict[str, Any] | None:

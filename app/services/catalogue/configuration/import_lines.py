@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import datetime, time
 from functools import partial, reduce
 from types import MappingProxyType
@@ -94,8 +95,8 @@ def _value(of: object, field: Field) -> object:
 
 def of_machine(kind: str, before: Robot | Fleet | None, after: Robot | Fleet) -> Iterator[Message]:
     if isinstance(after, Robot) and after.fleet is not None:  # what has changed of that is said of the fleet
-        before = before.within(after.fleet) if isinstance(before, Robot) else None
-        yield from line(kind, before, after, name=after.name)
+        own = before.within(after.fleet) if isinstance(before, Robot) else None
+        yield from line(kind, own and _by_its_own_switch(own), _by_its_own_switch(after), name=after.name)
         return
     has_new_password = after.token not in (None, before and before.token)
     state = f"{kind}.waiting" if after.needs_password else kind
@@ -105,6 +106,10 @@ def of_machine(kind: str, before: Robot | Fleet | None, after: Robot | Fleet) ->
         yield message(not_encrypted, name=after.name)
     elif before and before.certificate_sha256 and not after.certificate_sha256:
         yield message(not_pinned, name=after.name)
+
+
+def _by_its_own_switch(robot: Robot) -> Robot:
+    return replace(robot, enabled=robot.is_on_by_itself)
 
 
 def of_setting(field: Field, before: object, after: object) -> Message:

@@ -72,9 +72,9 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
     if not may_delete and (deletes := _deletes(catalogue, document)):
         raise deletes
     asked = AskedRobots(catalogue)
-    lines = _run(document, asked, catalogue.try_out)
-    if lines:  # others wait for neither a file that is refused or has nothing new, nor for what is found once (COUNT, holidays)
-        lines = _run(document, asked, catalogue.edit)
+    lines, writes = _run(document, asked, catalogue.try_out)
+    if writes:  # so no one waits for a file that is refused, or that changes nothing
+        lines, _ = _run(document, asked, catalogue.edit)
     asked.keep()
     return lines
 
@@ -82,7 +82,7 @@ def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bo
 def preview(catalogue: Catalogue, content: bytes) -> tuple[list[Message], DeletesRuns | None]:
     """What ``import_configuration`` would return, and which runs it would delete; nothing is changed. Raises InvalidInput."""
     document = read(content)
-    return _run(document, AskedRobots(catalogue), catalogue.try_out), _deletes(catalogue, document)
+    return _run(document, AskedRobots(catalogue), catalogue.try_out)[0], _deletes(catalogue, document)
 
 
 def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
@@ -91,15 +91,19 @@ def _deletes(catalogue: Catalogue, document: Document) -> DeletesRuns | None:
     return DeletesRuns(limit, count) if limit is not None and count else None
 
 
-def _run(
-    document: Document,
-    asked: AskedRobots,
-    edit: Callable[[Callable[[Edit], list[Message]]], list[Message]],
-) -> list[Message]:
+Outcome = tuple[list[Message], bool]  # its lines, and whether anything is written
+
+
+def _run(document: Document, asked: AskedRobots, edit: Callable[[Callable[[Edit], Outcome]], Outcome]) -> Outcome:
     """Again, while its robots have to be asked for what their missions take."""
+
+    def take(each: Edit) -> Outcome:
+        before = each.c.total_changes
+        return _Import(each, document, asked).run(), each.c.total_changes > before
+
     while True:
         try:
-            return edit(lambda each: _Import(each, document, asked).run())
+            return edit(take)
         except MoreToAsk as more:
             asked.ask(more)
 
