@@ -70,8 +70,8 @@ MUTANTS = (
     Mutant(
         "what fell due during an edit that was undone is passed over",
         "services.catalogue.undo:_due_since",
-        "found is not None and found <= edit.now",
-        "False",
+        "found is None or not found <= edit.now < found + window",
+        "True",
         "never ran",
         UNDONE,
         seed=12,
