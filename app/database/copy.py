@@ -6,7 +6,7 @@ import sqlite3
 
 from app.database.schema import MIGRATIONS, configured
 
-COPIED = 100_001  # rows of a table at most
+COPIED = 100_001  # rows of a table at most: of a backup, which may hold anything
 _HISTORY = {"observed", "activity_spans", "activity_days", "ended_days"}  # read for figures and curves only
 _SOME = {
     "executions": f"""WHERE state IN ('waiting', 'submitting', 'queued', 'executing')
@@ -15,8 +15,8 @@ _SOME = {
 
 
 def copy_in_memory(source: sqlite3.Connection, version: int = len(MIGRATIONS)) -> sqlite3.Connection:
-    """Of the present version, from one of that ``version``: what is configured, the open and the newest executions. The caller
-    closes it."""
+    """A copy of the present version, of a database of that ``version``: everything but the history, with the open and the newest
+    executions. ``source`` is in no transaction; the caller closes the copy."""
     copy = sqlite3.connect(":memory:", isolation_level=None)
     try:
         for script in MIGRATIONS[:version]:

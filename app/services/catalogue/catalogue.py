@@ -327,7 +327,7 @@ class Catalogue:
 
     def undo_change(self, changed: Changed) -> Schedule:
         """As the schedule was before, except for what others have changed since; what it would have started until now is due again,
-        unless it is too late or there was another start since. Raises InvalidInput where the same was changed again."""
+        unless it is too late or a later one was sent or ended since. Raises InvalidInput where the same was changed again."""
         return self.edit(lambda edit: undo.undo_change(edit, changed))
 
     def remove_schedule(self, schedule_id: int) -> Removed:

@@ -71,8 +71,8 @@ def undo_change(edit: Edit, changed: Changed) -> Schedule:
 
 
 def _due_since(edit: Edit, changed: Changed, schedule: Schedule) -> datetime | None:
-    """The first start that the ``schedule`` has lost by the change, as it is again: it fell due since and is not too late. None where
-    a later start of the changed schedule has been sent or ended."""
+    """The first start that the ``schedule`` has lost by the change, as it is again: it fell due since, and its window is still open.
+    None where a later start of the changed schedule has been sent or ended."""
     before, due = changed.before, changed.before.next_at
     as_before = replace(schedule, robot_id=before.robot_id, group_id=before.group_id)
     if due is None or schedule_edit.when(as_before) != schedule_edit.when(before):
@@ -87,9 +87,8 @@ def _due_since(edit: Edit, changed: Changed, schedule: Schedule) -> datetime | N
     found = first_due(unplanned, edit.settings, since, edit.calendar, skipped)
     if found is None or not found <= edit.now < found + window:
         return None
-    return (
-        found if schedule.next_at is None or found < schedule.next_at else None
-    )  # else starts that are due are passed over
+    # From next_at on nothing is lost: the schedule is planned from there.
+    return found if schedule.next_at is None or found < schedule.next_at else None
 
 
 def _has_been_decided(edit: Edit, start: Execution) -> bool:

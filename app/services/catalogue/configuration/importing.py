@@ -65,8 +65,8 @@ class DeletesRuns(InvalidInput):
 
 
 def import_configuration(catalogue: Catalogue, content: bytes, *, may_delete: bool = False) -> list[Message]:
-    """Returns what was added or changed, one sentence each; empty if nothing was new. Raises InvalidInput with the
-    place in the file and how to correct it, DeletesRuns unless it ``may_delete``; then nothing was changed.
+    """Tried out on a copy first. Returns what was added or changed, one sentence each; empty if nothing was new. Raises InvalidInput
+    with the place in the file and how to correct it, DeletesRuns unless it ``may_delete``; then nothing was changed.
     """
     document = read(content)
     if not may_delete and (deletes := _deletes(catalogue, document)):
