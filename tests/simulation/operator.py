@@ -111,6 +111,18 @@ class Person:
         if self.world.profile.edits_undone and self.rng.random() < self.world.profile.edits_undone:
             self._undo_edit_later(changed, plan, replace(plan, **changes), before)
 
+    def _can_run(self, plan: Schedule) -> bool:
+        """Whether its mission and its robot or group are there."""
+        there = self._app.catalogue
+        return all(
+            id_ is None or id_ in {each.id for each in found}
+            for id_, found in (
+                (plan.mission_id, there.missions()),
+                (plan.robot_id, there.robots()),
+                (plan.group_id, there.groups()),
+            )
+        )
+
     def _note_edit(self, wishes: Wishes, plan: Schedule, changes: Mapping[str, Any]) -> None:
         wishes.plans[plan.id] = replace(plan, **changes)
         if changes.keys() & {"start", "robot_id"}:  # skips are of instants that it had
@@ -130,7 +142,7 @@ class Person:
             except DatabaseError:
                 return
             except InvalidInput as problem:
-                if self.diary.now.plans.get(plan.id) == edited:
+                if self.diary.now.plans.get(plan.id) == edited and self._can_run(plan):
                     self.world.judge.object(f"truth: an edit of {plan.name} can't be undone: {problem}")
                 return
             is_of_instants = was.keys() <= {"start", "robot_id", "enabled"}
