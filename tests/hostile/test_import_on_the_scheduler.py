@@ -7,14 +7,18 @@ import json
 import os
 import random
 import re
+import sqlite3
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from app.database.errors import DatabaseDamaged
 from app.domain.execution import State
 from app.domain.models import InvalidInput
 from app.failures import BadInput
@@ -106,6 +110,19 @@ def test_others_do_not_wait_for_a_preview_nor_for_a_file_that_changes_nothing(co
     with pytest.raises(InvalidInput, match="there is no mission unknown"):
         import_configuration(container.catalogue, document([{}, {"mission": "unknown"}]))
     assert len(preview(container.catalogue, document([{}, {}]))[0]) == 1
+
+
+def test_a_damaged_database_is_named_by_a_preview(container):
+    (root,) = (
+        container.db.read().execute("SELECT rootpage FROM sqlite_schema WHERE name = 'suggestion_answers'").fetchone()
+    )
+    with closing(sqlite3.connect(container.db.path)) as connection:
+        connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    with container.db.path.open("r+b") as file:
+        file.seek((root - 1) * 4096)
+        file.write(b"\xff" * 4096)
+    with ThreadPoolExecutor() as pool, pytest.raises(DatabaseDamaged):  # another thread reads the file again
+        pool.submit(preview, container.catalogue, document([{}])).result()
 
 
 def test_a_wrong_file_is_reported_and_changes_nothing(container):
