@@ -9,12 +9,12 @@ from datetime import timedelta
 
 import pytest
 
-from app.domain.execution import Wait
+from app.domain.execution import State, Wait
 from app.domain.models import Schedule
 from mir_sim.mission_queue import ItemState
 from tests.simulation.diary import KEPT_S, Restore
 from tests.simulation.mutants import twice
-from tests.simulation.mutants.mutant import planted
+from tests.simulation.mutants.mutant import DUPLICATES, Patch, planted
 from tests.simulation.profile import Profile
 from tests.simulation.world import START, World
 from tests.support.network import QUEUE, Fate
@@ -23,6 +23,9 @@ LANDS_AFTER = 300.0  # s after the request left: the start has been sent again b
 WAITS_FOR = 200.0  # s for which the robot is paused then
 STILL = Profile(acts_per_hour=0, events_per_hour=0, fault_rate=0.0, crash_rate=0.0)
 PLACE = {"robots": 1, "every_minutes": 20, "poll_interval": 30, "quiet_s": 90, "fleet": "normal", "history_limit": None}
+NOT_CORRECTED = Patch(
+    "a late item corrects no row", f"{DUPLICATES}._late_item", "self._reopen(row, item)", "return True"
+)
 LEFT_ALONE = next(mutant for mutant in twice.MUTANTS if mutant.name == "a second copy that waits is left alone")
 
 
@@ -115,6 +118,48 @@ def test_a_copy_of_what_a_restored_backup_does_not_know_may_run(world):
     with planted(LEFT_ALONE):
         world.site.run(WAITS_FOR)
         let_it_run(world)
+    assert objections(world) == []
+
+
+# ---------------------------------------------------------------------- a request that comes too late
+def lands_after(world, seconds, sleeps_for=0.0):
+    """The only request of a start that fails."""
+    world.site.network.next("POST", QUEUE, Fate.LATE, seconds)
+    world.site.network.next("POST", QUEUE, Fate.REFUSED, count=99)
+    world.site.run_until(lambda: world.site.network.submissions, within=120)
+    world.site.run(120.0)
+    world.site.suspend(sleeps_for)
+    world.site.power_cut(1.0)
+    world.site.run(1200.0 - sleeps_for)
+    assert [item.state for item in robot(world).queue] == [ItemState.DONE]
+    assert world.site.the_row().state is State.FAILED
+    world.judge.all_is_well(660.0)
+
+
+@pytest.mark.parametrize(("seconds", "sleeps_for"), [(1100.0, 0.0), (600.0, 500.0)])
+def test_a_request_that_lands_when_it_is_no_longer_looked_for_may_run_unseen(quiet, seconds, sleeps_for):
+    world = quiet(every_minutes=60)
+    lands_after(world, seconds, sleeps_for)
+    assert objections(world) == []
+
+
+def test_a_request_that_lands_while_it_is_looked_for_has_to_be_noticed(quiet):
+    world = quiet(every_minutes=60)
+    with planted(NOT_CORRECTED):
+        lands_after(world, 500.0)
+    assert any("is failed (window_closed), the robot says" in each for each in objections(world))
+
+
+def test_a_queue_that_was_reset_can_be_read_though_an_item_before_could_not(quiet):
+    """Its numbers begin again."""
+    world = quiet()
+    world.site.run_until(lambda: robot(world).queue, within=120)
+    world.site.network.unreadable.add(("R1", 1))
+    world.weather.queue_is_reset()
+    world.site.run(1400.0 - world.site.seconds())
+    *_, row = sorted(world.site.executions(), key=lambda row: row.planned_at)
+    assert (row.state, row.queue_id, len(robot(world).queue)) == (State.COMPLETED, 1, 1)
+    world.judge.all_is_well(660.0)
     assert objections(world) == []
 
 

@@ -142,7 +142,7 @@ class Truth:
             case State.COMPLETED:
                 agrees = ItemState.DONE in states
             case State.FAILED | State.CANCELLED:
-                agrees = states != {ItemState.DONE}  # of two copies the earlier one counts
+                agrees = states != {ItemState.DONE} or self._came_unseen(row)  # of two copies the earlier one counts
             case _:  # it may have been tried, and come when it was too late, or when it was no longer looked for
                 agrees = not states or (row.attempts > 0 and states == {ItemState.ABORTED}) or self._came_unseen(row)
         if not agrees:

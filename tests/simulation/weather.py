@@ -201,17 +201,20 @@ class Weather:
             site.at(self.rng.uniform(2000, 6000), cure)
 
     def queue_is_reset(self) -> None:
-        """The robot's database is reset: its queue and its history are lost."""
-        name = self._name()
+        """The robot's database is reset: its queue and its history are lost, and with them what could not be read."""
+        name, network = self._name(), self.world.site.network
         machine = self._machine(name)
         machine.cancel_all()
         machine.controller.finish_abort()
         self.diary.lost_items[name] += list(machine.queue)
         for item in machine.queue:
             self.diary.excused[item.description] = "the queue was reset"
-        for post in self.world.site.network.posts(name)[-10:]:
+        for post in network.posts(name)[-10:]:
             self.diary.excused[post.token] = "the queue was reset"
         machine.queue = MissionQueue()
+        for place in [place for place in (*network.unreadable, *network.shown) if place[0] == name]:
+            network.unreadable.discard(place)
+            network.shown.pop(place, None)
         self.diary.begin("queue", name, self.world.site.seconds() - 15000.0, 15300.0)
 
     def another_robot(self) -> None:

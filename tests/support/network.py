@@ -77,7 +77,7 @@ class Planned:
         return self.path in ("*", path) and self.method in ("*", method) and self.robot in ("*", robot)
 
 
-@dataclass(frozen=True)
+@dataclass
 class Submission:
     """A POST to a robot's queue that left the tablet. ``at`` is true time in seconds since the site began."""
 
@@ -86,7 +86,7 @@ class Submission:
     mission_id: str
     token: str
     fate: Fate = Fate.FINE
-    lands_at: float | None = None  # of a late one: true time at which the robot handles it
+    lands_at: float | None = None  # of a late one: true time at which the robot handles it, later if the tablet sleeps
 
 
 @dataclass
@@ -215,10 +215,11 @@ class SimulatedTransport:
             self._clock.suspend(planned.seconds or 0.0)
         if is_wanted is not None and not is_wanted():
             raise NotWanted(address=self._name)
-        if (method, known_as) == ("POST", QUEUE):
-            self._note(planned, json)
+        submission = self._note(planned, json) if (method, known_as) == ("POST", QUEUE) else None
 
         def handle() -> Response:
+            if submission is not None and fate is Fate.LATE:
+                submission.lands_at = self._clock.elapsed()
             return self._handle(
                 method, path, query or {}, body, self._headers | (self._credentials if with_credentials else {})
             )
@@ -274,7 +275,7 @@ class SimulatedTransport:
         if seconds > timeout.read:
             raise TimedOut(address=self._name, seconds=timeout.read)
 
-    def _note(self, planned: Planned, json: Any) -> None:
+    def _note(self, planned: Planned, json: Any) -> Submission:
         """A submission leaves."""
         at = self._clock.elapsed()
         lands_at = at + (planned.seconds or 0.0) if planned.fate is Fate.LATE else None
@@ -285,6 +286,7 @@ class SimulatedTransport:
         submission = Submission(at, self._name, mission, token, planned.fate, lands_at)
         self._network.submissions.append(submission)
         self._network.submitted(submission)
+        return submission
 
     def _handle(
         self, method: str, path: str, query: Mapping[str, str], body: bytes, headers: Mapping[str, str]
