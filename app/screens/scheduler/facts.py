@@ -145,6 +145,13 @@ class SchedulerFacts(Plant):
     def schedule(self, schedule_id: int | None) -> Schedule | None:
         return with_id((*self.schedules, *self.skipped_moves), schedule_id)
 
+    def next_start(self, schedule: Schedule) -> datetime | None:
+        """The first one after its pause. None: it is off, or has no more."""
+        at, until = schedule.next_at if schedule.enabled else None, schedule.paused_until
+        if at is None or until is None or at >= until:
+            return at
+        return next_occurrence(schedule, until - MOMENT, self.calendar)
+
     def is_skipped(self, execution: Execution, now: datetime) -> bool:
         """Whether it is a future start that a person has skipped."""
         return execution.planned_at > now and (execution.schedule_id, execution.planned_at) in self.skips

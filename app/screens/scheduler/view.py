@@ -100,8 +100,7 @@ def schedule_rows(facts: SchedulerFacts, now: datetime, listing: Listing = Listi
     never, words = datetime.max.replace(tzinfo=UTC), listing.query.casefold().split()
 
     def place(schedule: Schedule) -> tuple[object, ...]:
-        next_at = max(schedule.next_at, schedule.paused_until or schedule.next_at) if schedule.next_at else never
-        over = _is_over(facts, schedule, now)
+        next_at, over = facts.next_start(schedule) or never, _is_over(facts, schedule, now)
         return over, *(() if listing.by_name else (not (schedule.enabled or over), next_at)), schedule.name.casefold()
 
     listed = (
@@ -168,10 +167,8 @@ def near_time(at: datetime, facts: SchedulerFacts, now: datetime) -> str:
 
 
 def _next_time(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> str:
-    at = schedule.next_at
-    if at is None or not schedule.enabled:
-        return formats.NOTHING
-    return near_time(max(at, schedule.paused_until or at), facts, now)
+    at = facts.next_start(schedule)
+    return formats.NOTHING if at is None else near_time(at, facts, now)
 
 
 def _is_over(facts: SchedulerFacts, schedule: Schedule, now: datetime) -> bool:

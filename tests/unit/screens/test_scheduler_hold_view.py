@@ -164,5 +164,5 @@ def test_a_paused_schedule_says_until_when_and_is_listed_at_its_next_start():
     rows = view.schedule_rows(facts(holds=(), schedules=(paused, later)), NOW)
     assert [(row.key, row.lead, row.support) for row in rows] == [
         (9, "19:38", "Daily 06:00"),
-        (8, "Mon 00:00", "Daily 06:00 · paused until Mon 23 Nov"),
+        (8, "Mon 06:00", "Daily 06:00 · paused until Mon 23 Nov"),
     ]
