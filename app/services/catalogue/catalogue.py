@@ -173,7 +173,7 @@ class Catalogue:
             with closing(copy_in_memory(self._db.read())) as copy:
                 return work(Edit(copy, self._clock.now()))
         except sqlite3.Error as error:
-            raise self._db.known(error) from None
+            raise self._db.known(error) from error
 
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:
