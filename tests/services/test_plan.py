@@ -31,6 +31,16 @@ def test_what_is_paused_until_then_is_not_planned_before(site, plan):
     assert (len(found), found[0].at) == (12, FAR + timedelta(hours=12, minutes=5))
 
 
+def test_a_paused_schedule_starts_next_where_the_plan_has_its_first_start(site, plan):
+    schedule, monday = plan("2026-11-23T06:05", "FREQ=DAILY"), datetime(2026, 11, 23, 6, 5, tzinfo=UTC)
+    wednesday, thursday = monday + timedelta(days=2), monday + timedelta(days=3)
+    for at in (wednesday, thursday):
+        site.container.pausing.pause(schedule.id, monday + timedelta(days=1, hours=2))
+        facts = read(pick(SchedulerServices, site.container))
+        assert facts.next_start(facts.schedule(schedule.id)) == facts.planned[0].at == at
+        site.container.pausing.skip(schedule.id, wednesday)
+
+
 def test_more_starts_than_can_be_computed_are_shared_out_and_said(site, plan):
     often = [plan("2026-11-23T06:05", "FREQ=MINUTELY", respect_working_days=False) for _ in range(3)]
     daily = plan("2026-11-23T06:05", "FREQ=DAILY", respect_working_days=False)

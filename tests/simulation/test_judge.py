@@ -1,6 +1,7 @@
-"""What the judge holds against the app, and what not: a second copy that runs, where it could have been cancelled; a late start that was
-not listed first, unless a person let it go; a restored start that waits, unless a robot can't say whether it has it; a start of an absence
-that has a row of its own, unless a person cancelled it."""
+"""What the judge holds against the app, and what not: a second copy that runs, where it could have been cancelled; a request that lands
+too late to be noticed; what the robot has after its queue was reset; a late start that was not listed first, unless a person let it go; a
+restored start that waits, unless a robot can't say whether it has it; a start of an absence that has a row of its own, unless a person
+cancelled it."""
 
 from __future__ import annotations
 
@@ -122,8 +123,8 @@ def test_a_copy_of_what_a_restored_backup_does_not_know_may_run(world):
 
 
 # ---------------------------------------------------------------------- a request that comes too late
-def lands_after(world, seconds, sleeps_for=0.0):
-    """The only request of a start that fails."""
+def start_whose_request_lands_after(world, seconds, sleeps_for=0.0):
+    """No other request of it leaves. The app is started again: one that slept looks for it for longer by its own clock."""
     world.site.network.next("POST", QUEUE, Fate.LATE, seconds)
     world.site.network.next("POST", QUEUE, Fate.REFUSED, count=99)
     world.site.run_until(lambda: world.site.network.submissions, within=120)
@@ -139,14 +140,14 @@ def lands_after(world, seconds, sleeps_for=0.0):
 @pytest.mark.parametrize(("seconds", "sleeps_for"), [(1100.0, 0.0), (600.0, 500.0)])
 def test_a_request_that_lands_when_it_is_no_longer_looked_for_may_run_unseen(quiet, seconds, sleeps_for):
     world = quiet(every_minutes=60)
-    lands_after(world, seconds, sleeps_for)
+    start_whose_request_lands_after(world, seconds, sleeps_for)
     assert objections(world) == []
 
 
 def test_a_request_that_lands_while_it_is_looked_for_has_to_be_noticed(quiet):
     world = quiet(every_minutes=60)
     with planted(NOT_CORRECTED):
-        lands_after(world, 500.0)
+        start_whose_request_lands_after(world, 500.0)
     assert any("is failed (window_closed), the robot says" in each for each in objections(world))
 
 

@@ -141,8 +141,8 @@ class Truth:
         match row.state:
             case State.COMPLETED:
                 agrees = ItemState.DONE in states
-            case State.FAILED | State.CANCELLED:
-                agrees = states != {ItemState.DONE} or self._came_unseen(row)  # of two copies the earlier one counts
+            case State.FAILED | State.CANCELLED:  # of two copies the earlier one counts
+                agrees = states != {ItemState.DONE} or (row.queue_id is None and self._came_unseen(row))
             case _:  # it may have been tried, and come when it was too late, or when it was no longer looked for
                 agrees = not states or (row.attempts > 0 and states == {ItemState.ABORTED}) or self._came_unseen(row)
         if not agrees:

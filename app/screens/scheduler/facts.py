@@ -104,6 +104,7 @@ class SchedulerFacts(Plant):
     missions: tuple[Mission, ...] = ()
     schedules: tuple[Schedule, ...] = ()
     refused: Mapping[int, InvalidInput] = field(default_factory=dict)  # by schedule: why no robot takes its values
+    after_pause: Mapping[int, datetime | None] = field(default_factory=dict)  # by paused schedule: its first start then
     last: Mapping[int, Execution] = field(default_factory=dict)  # by schedule: its newest execution
     planned: tuple[PlannedRun, ...] = ()  # within the window, or the next days for the list
     conflicts: tuple[Conflict, ...] = ()  # of them, in order of time
@@ -146,11 +147,8 @@ class SchedulerFacts(Plant):
         return with_id((*self.schedules, *self.skipped_moves), schedule_id)
 
     def next_start(self, schedule: Schedule) -> datetime | None:
-        """The first one after its pause. None: it is off, or has no more."""
-        at, until = schedule.next_at if schedule.enabled else None, schedule.paused_until
-        if at is None or until is None or at >= until:
-            return at
-        return next_occurrence(schedule, until - MOMENT, self.calendar)
+        """None: it is off, or has no more."""
+        return self.after_pause.get(schedule.id, schedule.next_at) if schedule.enabled else None
 
     def is_skipped(self, execution: Execution, now: datetime) -> bool:
         """Whether it is a future start that a person has skipped."""
@@ -210,6 +208,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
     having = stored | skipped_moves
     skips = frozenset((number, at) for number, at in skipped if _is_start(at, having.get(number), calendar))
     schedules = tuple(_without(skips, schedule, calendar) for schedule in stored.values())
+    moved = frozenset(catalogue.moved_away())
     rows = history.page(ExecutionFilter(start=start - LONGEST_RUN, end=end), size=MOST_PAST).rows
     soon = now + timedelta(seconds=1)
     past = tuple(e for e in rows if e.planned_at < soon or (e.schedule_id, e.planned_at) in skips)
@@ -224,6 +223,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         missions=tuple(catalogue.missions()),
         schedules=schedules,
         refused=catalogue.refused(),
+        after_pause=dict(_after_pauses(skips | moved, schedules, calendar)),
         last={schedule.id: last for schedule in schedules if (last := _last(history, schedule, now)) is not None},
         planned=planned.runs,
         conflicts=planned.conflicts,
@@ -234,7 +234,7 @@ def read(services: SchedulerServices, window: Window | None = None) -> Scheduler
         usual_s=_usual_s(history, past, now),
         names={robot.id: services.robot_missions.names(robot.id) for robot in robots},
         skips=skips,
-        moved=frozenset(catalogue.moved_away()),
+        moved=moved,
         skipped_moves=tuple(filter(None, skipped_moves.values())),
         **live(services, settings, robots),
     )
@@ -277,3 +277,12 @@ def _without(skips: Collection[tuple[int, datetime]], schedule: Schedule, calend
     while at is not None and (schedule.id, at) in skips:
         at = next_occurrence(schedule, at, calendar)
     return schedule if at == schedule.next_at else replace(schedule, next_at=at)
+
+
+def _after_pauses(
+    skips: Collection[tuple[int, datetime]], schedules: Iterable[Schedule], calendar: WorkingCalendar
+) -> Iterator[tuple[int, datetime | None]]:
+    for schedule in schedules:
+        if schedule.next_at is not None and schedule.paused_until is not None and schedule.is_paused(schedule.next_at):
+            resumed = replace(schedule, next_at=next_occurrence(schedule, schedule.paused_until - MOMENT, calendar))
+            yield schedule.id, _without(skips, resumed, calendar).next_at

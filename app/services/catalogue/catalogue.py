@@ -173,7 +173,8 @@ class Catalogue:
             with closing(copy_in_memory(self._db.read())) as copy:
                 return work(Edit(copy, self._clock.now()))
         except sqlite3.Error as error:
-            raise self._db.known(error) from error
+            known = self._db.known(error)
+            raise known from (error if known is not error else None)
 
     def _publish(self, edit: Edit) -> None:
         for line in edit.notes[:MOST_NOTES]:

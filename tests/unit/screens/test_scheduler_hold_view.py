@@ -161,7 +161,8 @@ def why(shown) -> str:
 def test_a_paused_schedule_says_until_when_and_is_listed_at_its_next_start():
     paused = replace(HOURLY, id=8, name="A", paused_until=datetime(2026, 11, 22, 22, 0, tzinfo=UTC))
     later = replace(HOURLY, id=9, next_at=NOW + timedelta(hours=5))
-    rows = view.schedule_rows(facts(holds=(), schedules=(paused, later)), NOW)
+    after_pause = {8: datetime(2026, 11, 23, 4, 0, tzinfo=UTC)}
+    rows = view.schedule_rows(facts(holds=(), schedules=(paused, later), after_pause=after_pause), NOW)
     assert [(row.key, row.lead, row.support) for row in rows] == [
         (9, "19:38", "Daily 06:00"),
         (8, "Mon 06:00", "Daily 06:00 · paused until Mon 23 Nov"),

@@ -114,7 +114,6 @@ def test_schedules_are_in_the_order_of_their_starts_and_those_that_are_off_last(
     ("changes", "words"),
     [
         ({"robot_id": 2}, ("15:00", "Veikko", "Daily 06:00 · the robot is switched off")),
-        ({"paused_until": NOW + timedelta(hours=2)}, ("Mon 06:00", "Aino", "Daily 06:00 · paused until 16:38")),
         ({"next_at": NOW + timedelta(days=3)}, ("Mon 14:38", "Aino", "Daily 06:00")),
         ({"next_at": NOW + timedelta(days=30)}, ("Sun 20 Dec 14:38", "Aino", "Daily 06:00")),
     ],
