@@ -222,6 +222,12 @@ def test_another_robot_itself_and_schedules_that_are_off_cause_no_overlap(contai
     assert codes(container.forecasts.of(replace(own, start=datetime(2026, 11, 23, 6, 31)))) == []
 
 
+def test_a_paused_schedule_overlaps_only_after_its_pause(container):
+    plan(container, recurrence="FREQ=DAILY", paused_until=datetime(2026, 11, 23, 22, 0, tzinfo=UTC))
+    assert codes(preview(container)) == []
+    assert codes(preview(container, start=datetime(2026, 11, 24, 6, 31))) == [ConcernCode.OVERLAP]
+
+
 def test_unknown_durations_count_as_five_minutes(container):
     plan(container, start=datetime(2026, 11, 23, 6, 26), recurrence="FREQ=DAILY")
     assert ASSUMED_S == 300

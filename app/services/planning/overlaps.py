@@ -51,7 +51,11 @@ def neighbours(
         before, walk = FURTHEST + lasts(other.usual), _Walk(other.schedule, other.at, calendar)
         for start, near in zip(starts, found, strict=True):
             runs = walk.between(start.instant - before, start.instant + beyond)
-            near += [copy_at(other, at) for at in runs if (other.schedule.id, at) not in skips]
+            near += [
+                copy_at(other, at)
+                for at in runs
+                if (other.schedule.id, at) not in skips and not other.schedule.is_paused(at)
+            ]
     return found
 
 
