@@ -145,7 +145,8 @@ class Outcomes:
         """Unsent intents wait again, or end if they were withdrawn."""
         for intent in intents:
             self.attempts.pop(intent.id, None)
-        for waiting in self._ledger.apply([transitions.not_sent(intent) for intent in intents]):
+        found = [transitions.not_sent(intent, is_first=self._is_first(intent)) for intent in intents]
+        for waiting in self._ledger.apply(found):
             if waiting.ended_at is not None:
                 self._forget_idle([waiting])
             elif is_own(waiting, self._ledger.wanted(waiting)):

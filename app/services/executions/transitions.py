@@ -169,13 +169,13 @@ def begin(row: Execution, robot: Robot, queue_floor: int | None, now: datetime) 
     )
 
 
-def not_sent(intent: Execution) -> Transition:
-    """A group's start waits again even if its robot was removed since, if the plan still has it."""
-    return Transition(
-        Event.NOT_SENT,
-        intent,
-        {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None},
-    )
+def not_sent(intent: Execution, *, is_first: bool) -> Transition:
+    """A group's start waits again even if its robot was removed since, if the plan still has it. ``is_first``: it can't have
+    been there before, so no item is its own."""
+    columns = {"state": State.WAITING, "attempts": intent.attempts - 1, "reason": None, "ended_at": None}
+    if is_first:
+        columns["queue_floor"] = None
+    return Transition(Event.NOT_SENT, intent, columns)
 
 
 def answer(row: Execution, said: Mapping[str, Any], taken_at: datetime | None) -> Transition:

@@ -280,4 +280,12 @@ test_odd_robots = cases_of(
         [1500, states(COMPLETED, COMPLETED, COMPLETED)],
         true(lambda s: len({row.queue_id for row in s.executions()} & {i.id for i in s.items() if i.description}) == 3),
     ),
+    Story(
+        "where tokens are lost, a start that was never sent is not taken to be another one's item",
+        do(lambda s: setattr(s.network, "forgets_descriptions", True)),
+        [plan(), plan("B"), post(ERROR_AFTER)],
+        each([290, down("R1"), 110, up()], later(299.9, meets("GET", "/status", REFUSED, count=2))),
+        [900, ends(DONE, DONE), runs(2)],
+        true(lambda s: sorted(post.token for post in s.network.posts()) == sorted(row.token for row in s.executions())),
+    ),
 )

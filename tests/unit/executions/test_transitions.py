@@ -40,7 +40,7 @@ MADE: dict[Event, Any] = {
     Event.ASSIGN: lambda row: transitions.assign(row, ROBOT, "guid", {}, NOW, intent_floor=6),
     Event.UNASSIGN: transitions.unassign,
     Event.BEGIN: lambda row: transitions.begin(row, ROBOT, 6, NOW),
-    Event.NOT_SENT: transitions.not_sent,
+    Event.NOT_SENT: lambda row: transitions.not_sent(row, is_first=True),
     Event.ANSWER: lambda row: transitions.answer(row, {"answer": "?"}, NOW),
     Event.ACCEPT: lambda row: transitions.accept(row, ROBOT, 7, NOW),
     Event.ADOPT: lambda row: transitions.adopt(row, ROBOT, ITEM, NOW),
@@ -173,14 +173,14 @@ def test_nothing_is_written_to_a_row_that_has_changed(site, event):
 
 def test_a_start_of_a_group_that_was_not_sent_waits_again_though_its_robot_was_removed(site):
     row = site.add(State.CANCELLED, is_for_group=True, held=False, attempts=1)
-    after = apply(site, transitions.not_sent(replace(row, state=State.SUBMITTING, robot_id=None)))
+    after = apply(site, transitions.not_sent(replace(row, state=State.SUBMITTING, robot_id=None), is_first=True))
     assert (after.state, after.attempts, after.reason, after.ended_at) == (State.WAITING, 0, None, None)
 
 
 def test_a_start_withdrawn_while_sending_ends_once_it_was_not_sent(site):
     row = site.add(State.SUBMITTING, attempts=1)
     assert apply(site, transitions.withdraw(row, Reason(ReasonCode.SCHEDULE_CHANGED))).state is State.SUBMITTING
-    after = apply(site, transitions.not_sent(row))
+    after = apply(site, transitions.not_sent(row, is_first=True))
     assert (after.state, after.reason) == (State.CANCELLED, Reason(ReasonCode.SCHEDULE_CHANGED))
 
 
