@@ -82,4 +82,5 @@ BACK_AND_ELSEWHERE = world(
 SHORT = world("plan_once switch_schedule rename skip working_days idle_rule run_now", "", (80, 0), history_limit=1)
 WINDOW = replace(world("hold", "power_cut nap outage", (15, 12), with_window=True, every_minutes=3), longest_off=600.0)
 FORGETFUL = world("", "lost_request", (15, 40), every_minutes=3, fleet="forgetful")
+FORGETFUL_WITH_FAULTS = replace(FORGETFUL, fault_rate=0.05)
 SOME_FAULTS = replace(world("", "", (0, 0), every_minutes=3), fault_rate=0.1)
