@@ -207,7 +207,7 @@ def test_a_schedule_is_paused_for_some_days_and_resumed(screen, container, ui):
     stored = container.repositories.schedules.get(container.db.read(), schedule.id)
     assert stored.paused_until == datetime(2026, 11, 22, 22, 0, tzinfo=UTC)
     assert "is paused until Mon 23 Nov" in ui.find(Snackbar).text
-    assert line(screen, schedule) == "Mon 00:00 · paused until Mon 23 Nov"
+    assert line(screen, schedule) == "Mon 06:00 · paused until Mon 23 Nov"
     reveal(ui, schedule)
     menu(screen, ui, schedule, "Resume now")
     assert container.repositories.schedules.get(container.db.read(), schedule.id).paused_until is None
@@ -224,7 +224,7 @@ def test_a_start_within_a_pause_until_a_picked_day_is_skipped(screen, container,
     insert_due(container)
     assert container.history.last_of_schedule(schedule.id).state is State.SKIPPED
     settle(screen, ui)
-    assert line(screen, schedule) == "Sat 00:00 · paused until Sat 21 Nov"
+    assert line(screen, schedule) == "Mon 06:00 · paused until Sat 21 Nov"
 
 
 # ---------------------------------------------------------------------- the plan as a file
