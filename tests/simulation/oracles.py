@@ -161,7 +161,8 @@ class Judge:
         name = f"{post.robot} {self._shown(key)}"
         wanted = [each for each in wishes if self.diary.wants(each, key, days=False)]
         due = self._true(key[1], post.at)
-        first_due = min([due, *self._times_shown(key[1])])  # before the clock was set back
+        shown = list(self._times_shown(key[1])) or [due]
+        first_due = min(due, *shown)  # before the clock was set back
         if not wanted or not any(
             self.diary.wants(each, key) for each in self.diary.between(min(first_due, post.at) - 5.0, post.at)
         ):
@@ -178,7 +179,7 @@ class Judge:
         self._in_window(name, wall, key[1], max(windows))
         if (
             self.world.nature.with_window
-            and self._away_since < first_due <= due <= self._back_at - 1
+            and self._away_since < min(shown) <= max(shown) <= self._back_at - 1
             and post.token not in self._first_post
             and not self.diary.was_wrong("hold", post.robot, self._back_at, post.at)
             and self._back_at - self._away_since > ABSENCE

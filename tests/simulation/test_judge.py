@@ -266,6 +266,19 @@ def test_a_start_due_in_an_absence_and_once_more_after_it_is_not_late(quiet):
     assert objections(world) == []
 
 
+def test_a_start_that_the_clock_is_set_past_after_an_absence_is_not_late(quiet):
+    """By the clock as it is then it was due in the absence."""
+    world = quiet(with_window=True)
+    world.site.run(1250.0 - WAITS_FOR)
+    left_at = world.site.seconds()
+    wait_while_the_app_is_off(world)
+    world.judge.came_back(left_at)
+    world.site.run(3.0)
+    world.weather._step(15.0, 5.0)
+    world.site.run_until(lambda: len(world.site.network.submissions) == 2, within=60)
+    assert objections(world) == []
+
+
 def test_a_start_due_before_a_day_was_closed_runs_on_it_though_the_clock_went_back(quiet):
     """By the clock that was set back it falls due after the day was closed."""
     world = quiet(with_window=False)
