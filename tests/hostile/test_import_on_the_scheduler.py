@@ -121,8 +121,9 @@ def test_a_damaged_database_is_named_by_a_preview(container):
     with container.db.path.open("r+b") as file:
         file.seek((root - 1) * 4096)
         file.write(b"\xff" * 4096)
-    with ThreadPoolExecutor() as pool, pytest.raises(DatabaseDamaged):  # another thread reads the file again
+    with ThreadPoolExecutor() as pool, pytest.raises(DatabaseDamaged) as caught:  # another thread reads the file again
         pool.submit(preview, container.catalogue, document([{}])).result()
+    assert isinstance(caught.value.__cause__, sqlite3.DatabaseError)  # for the log
 
 
 def test_a_wrong_file_is_reported_and_changes_nothing(container):

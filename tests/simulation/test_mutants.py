@@ -40,7 +40,7 @@ def test_each_of_them_can_be_planted():
         )
         for mutant in ALL
         for target in TARGETS
-        if not isinstance(mutant.at.get(target), str)  # why it does no harm there
+        if not isinstance(mutant.at.get(target), str)  # why it isn't tried there
     ],
 )
 def test_a_planted_bug_is_found(mutant, target):

@@ -42,7 +42,7 @@ class Patch:
 
 @dataclass(frozen=True)
 class Mutant(Patch):
-    """``oracle`` is in what is found. ``at``: by kind of fleet another seed than ``seed``, or why the bug does no harm there."""
+    """``oracle`` is in what is found. ``at``: by kind of fleet another seed than ``seed``, or why it isn't tried there."""
 
     oracle: str
     profile: Profile
